@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 #include "resident_values.h"
 #include "verify/made_fields.h"
 

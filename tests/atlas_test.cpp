@@ -1,6 +1,6 @@
 // Compares bricks with the field that they were built from, value by value.
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 
 #include <gtest/gtest.h>
 

@@ -53,25 +53,25 @@ only_in '^pybind11/' '^src/python/'
 # A line: the component, then its public headers in include/psivox.
 floors=$(
   cat <<'LIST'
-base error progress
+base error
 colour display
 team team
 guard
-field dense_field field leaf_values value_survey
+field field
 scan
 vdb vdb
 scene camera integrators modes parameters scene
-atlas atlas
+atlas
 medium medium
-image image legend scene_file
+image image picture_file
 oiio
 march marcher
 gl
 reference
 plan
-draw draw picture_file
-look look
-app file_report open
+draw draw
+look open
+app file_report
 page page
 sequence sequence
 verify verify

@@ -8,10 +8,10 @@
 #include "atlas/brick_code.h"
 #include "blobs_scene.h"
 #include "code_cases.h"
+#include "field/leaf_values.h"
 #include "light_cases.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "resident_values.h"
 #include "verify/made_fields.h"
 

@@ -2,7 +2,7 @@
 
 #include "blobs_scene.h"
 #include "psivox/draw.h"
-#include "psivox/legend.h"
+#include "psivox/picture_file.h"
 #include "scene/colormap.h"
 
 #include <gtest/gtest.h>

@@ -1,12 +1,12 @@
 // DenseField: arrays that are copied or read in place, and the files that are made of them.
 
-#include "psivox/dense_field.h"
+#include "psivox/field.h"
 
 #include <algorithm>
 #include <array>
 #include <glm/vector_relational.hpp>
 
-#include "psivox/leaf_values.h"
+#include "field/leaf_values.h"
 #include "vdb_test_util.h"
 
 namespace psivox {

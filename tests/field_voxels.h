@@ -7,7 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 #include "psivox/field.h"
 
 namespace psivox {

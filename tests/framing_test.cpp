@@ -8,8 +8,8 @@
 #include <glm/geometric.hpp>
 
 #include "expect_near.h"
-#include "psivox/legend.h"
 #include "psivox/medium.h"
+#include "psivox/picture_file.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 

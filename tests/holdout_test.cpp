@@ -17,7 +17,7 @@
 #include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
-#include "psivox/scene_file.h"
+#include "psivox/picture_file.h"
 
 namespace psivox {
 namespace {

@@ -1,7 +1,7 @@
 // Looks: which one a file gets, that its options give the same picture, and that default pictures
 // can be shown.
 
-#include "psivox/look.h"
+#include "psivox/open.h"
 
 #include <gtest/gtest.h>
 

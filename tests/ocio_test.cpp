@@ -12,7 +12,6 @@
 #include "ocio_config.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "psivox/scene_file.h"
 #include "usage_error.h"
 
 namespace psivox {

@@ -7,9 +7,9 @@
 #include <glm/geometric.hpp>
 #include <random>
 
+#include "field/leaf_values.h"
 #include "march/atlas_march.h"
 #include "psivox/draw.h"
-#include "psivox/leaf_values.h"
 #include "region_cases.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"

@@ -4,8 +4,8 @@
 #include <glm/vec2.hpp>
 #include <utility>
 
-#include "base/guarded_reading.h"
-#include "psivox/leaf_values.h"
+#include "field/leaf_values.h"
+#include "psivox/vdb.h"
 #include "scan_made_files.h"
 
 namespace psivox::test {

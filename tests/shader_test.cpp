@@ -10,7 +10,6 @@
 #include <string>
 
 #include "gl/shader_source.h"
-#include "gl/shader_text.h"
 #include "gl/webgl_march.h"
 #include "march_cases.h"
 #include "psivox/draw.h"

@@ -12,7 +12,7 @@
 #include "colour/colour.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
-#include "psivox/look.h"
+#include "psivox/open.h"
 
 namespace psivox {
 

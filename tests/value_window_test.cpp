@@ -15,7 +15,6 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
-#include "scene/transfer_function.h"
 #include "verify/made_fields.h"
 
 namespace psivox {

@@ -2,7 +2,7 @@
 
 #include <limits>
 
-#include "psivox/dense_field.h"
+#include "psivox/field.h"
 #include "psivox/medium.h"
 #include "vdb_made_files.h"
 

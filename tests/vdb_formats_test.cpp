@@ -9,8 +9,8 @@
 
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "psivox/look.h"
 #include "psivox/medium.h"
+#include "psivox/open.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 #include "verify/made_views.h"

@@ -15,10 +15,10 @@
 #include <sstream>
 #include <thread>
 
-#include "base/guarded_reading.h"
+#include "field/leaf_values.h"
 #include "guard/pack.h"
 #include "guard/service.h"
-#include "psivox/leaf_values.h"
+#include "psivox/vdb.h"
 #include "resident_values.h"
 #include "vdb/reader.h"
 #include "vdb/reading_messages.h"

@@ -13,8 +13,8 @@
 #include <memory>
 #include <numeric>
 
+#include "field/leaf_values.h"
 #include "medium/value_range.h"
-#include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
 #include "thread_team.h"

@@ -6,8 +6,8 @@
 #include <cstring>
 #include <memory>
 
+#include "field/leaf_values.h"
 #include "medium/value_range.h"
-#include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"

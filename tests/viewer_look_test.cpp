@@ -8,7 +8,7 @@
 
 #include "base/text_file.h"
 #include "psivox/image.h"
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/parameters.h"
 #include "viewer_hands.h"
 

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <glm/common.hpp>
 
+#include "field/leaf_values.h"
 #include "psivox/draw.h"
-#include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/open.h"
 #include "psivox/picture_file.h"

@@ -10,10 +10,10 @@
 #include <string>
 #include <vector>
 
+#include "atlas/atlas.h"
 #include "atlas/regions.h"
 #include "base/text.h"
 #include "command_line.h"
-#include "psivox/atlas.h"
 #include "psivox/file_report.h"
 #include "psivox/vdb.h"
 

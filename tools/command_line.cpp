@@ -6,10 +6,9 @@
 #include <iostream>
 #include <sstream>
 
-#include "base/guarded_reading.h"
-#include "base/option_concepts.h"
+#include "app/command_text.h"
 #include "psivox/open.h"
-#include "psivox/scene_file.h"
+#include "psivox/picture_file.h"
 #include "psivox/sequence.h"
 #include "psivox/vdb.h"
 

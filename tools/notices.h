@@ -5,7 +5,7 @@
 #include <string>
 
 #include "psivox/open.h"
-#include "psivox/progress.h"
+#include "psivox/error.h"
 
 namespace psivox {
 

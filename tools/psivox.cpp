@@ -12,7 +12,6 @@
 #include <thread>
 #include <vector>
 
-#include "base/guarded_reading.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"

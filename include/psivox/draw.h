@@ -1,16 +1,16 @@
 #pragma once
 
+#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include "psivox/atlas.h"
+#include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/marcher.h"
 #include "psivox/medium.h"
-#include "psivox/progress.h"
 #include "psivox/team.h"
 
 // Draws pictures. A Session holds one medium, a Marcher draws it, and a Wish describes the picture:
@@ -21,6 +21,7 @@
 namespace psivox {
 
 struct MediumAtlas;
+enum class CodeWidth : std::uint8_t;
 
 /// Why the light of a view takes more than the memory for its grids, in one line; empty: it does
 /// not. Of a density whose values stay in the file it is not known.
@@ -167,7 +168,8 @@ class Session {
   /// What the device has of the grids with a texel type, or with a plan's codes, with their light
   /// once that is computed. It stays until the next call. Throws what convert throws, and
   /// Error(memory) if the volume must be drawn in parts.
-  const MediumAtlas& atlas(TexelType texel, const CodeWidths& codes = {});
+  const MediumAtlas& atlas(TexelType texel,
+                           const std::shared_ptr<const std::vector<CodeWidth>>& codes = {});
 
   /// Chooses the method for the tolerance of the wish's scene, or for the wish's time budget.
   MarchPlan plan(Marcher& marcher, const Wish& wish);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <stdexcept>
 #include <string>
 
@@ -28,5 +29,8 @@ class Error : public std::runtime_error {
  private:
   ExitCode code_;
 };
+
+/// Long work calls it with the finished fraction, 0 to 1, from one thread. It may be empty.
+using Progress = std::function<void(double fraction)>;
 
 }  // namespace psivox

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -7,14 +9,13 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
-
-#include "psivox/value_survey.h"
 
 namespace psivox {
 
@@ -31,7 +32,7 @@ struct Box {
 struct Leaf {
   glm::ivec3 origin;  ///< smallest voxel, a multiple of 8
   /// 512 * channels floats, owned by Field::storage. Null if they lie in Field::array or in a file;
-  /// see leaf_values.h.
+  /// see field/leaf_values.h.
   const float* values;
 };
 
@@ -57,6 +58,60 @@ struct Tile {
 struct TileValue {
   float value = 0;
   std::uint64_t voxels = 0;
+};
+
+/// Numbers of replaced values. A tile counts as one voxel; each component of a vector counts.
+struct BadValues {
+  std::uint64_t nan = 0;
+  std::uint64_t positive_infinite = 0;
+  std::uint64_t negative_infinite = 0;
+  std::uint64_t negative = 0;
+  float largest = 1.0f;  ///< what +Inf became
+  float least = 0.0f;    ///< of the negative values
+
+  bool any() const { return nan + positive_infinite + negative_infinite + negative > 0; }
+
+  /// `12 NaN, 3 negative values taken as 0`; it mentions +Inf only if there was one.
+  std::string describe() const;
+};
+
+BadValues operator+(BadValues a, const BadValues& b);
+
+/// Least and greatest of some values; +Inf, whose replacement is found last, is only noted.
+struct Extent {
+  float min = std::numeric_limits<float>::infinity();
+  float max = -std::numeric_limits<float>::infinity();
+  bool infinite = false;
+
+  void add(float value) {
+    if (std::isinf(value)) {
+      infinite = true;
+      return;
+    }
+    min = std::min(min, value);
+    max = std::max(max, value);
+  }
+  glm::vec2 range(float largest) const {
+    if (!infinite) return {min, max};
+    return {std::min(min, largest), std::max(max, largest)};
+  }
+  Extent operator+(const Extent& other) const {
+    return {std::min(min, other.min), std::max(max, other.max), infinite || other.infinite};
+  }
+};
+
+/// What one pass over values of a grid finds out. Those of its parts add up.
+struct ValueSurvey {
+  BadValues bad;
+  float largest = 0;  ///< finite value of any channel
+  Extent all;         ///< first channel
+  Extent active;      ///< of active voxels
+  Extent in_box;      ///< of voxels in the box of active ones
+
+  ValueSurvey operator+(const ValueSurvey& other) const {
+    return {bad + other.bad, std::max(largest, other.largest), all + other.all,
+            active + other.active, in_box + other.in_box};
+  }
 };
 
 /// Leaves whose values stay in a file.
@@ -108,8 +163,8 @@ struct Field {
   std::shared_ptr<const void> storage;  ///< keeps Leaf::values and the array alive
   /// Null: not in a file. A copy that got other values keeps it: see may_discard.
   std::shared_ptr<const FieldOrigin> origin;
-  /// Set if the values of leaves stay in the file, see leaf_values.h. Both ranges are known then,
-  /// unless `survey` is set.
+  /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
+  /// then, unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;
   std::optional<ValueSurvey> survey;  ///< of tiles, if the caller is to survey the leaves
   BadValues replaced;                 ///< what reading has replaced; a notice tells of it
@@ -117,6 +172,64 @@ struct Field {
 
   /// Smallest and largest voxel of the domain: active_box grown by one.
   Box domain() const { return {active_box.min - glm::ivec3(1), active_box.max + glm::ivec3(1)}; }
+};
+
+struct LeafValues;
+
+/// Makes a field of a dense array, which it copies a slab at a time or reads in place. Voxel
+/// (0, 0, 0) is the array's first. Blocks of 8^3 voxels that are 0 take no memory, those of another
+/// single value are tiles.
+class DenseField {
+ public:
+  /// `channels`: 1 or 3. Throws Error(input) if the shape or the transform is refused.
+  DenseField(const std::string& name, const glm::ivec3& shape, int channels,
+             const glm::dmat4& world_from_index);
+
+  /// Takes the next 8 planes of x, or what is left of them; z is fastest and channels are
+  /// interleaved. It copies the values. Throws Error(memory).
+  void add(std::span<const float> slab);
+
+  /// The same for slabs of any strides: the next 8 planes of an axis, which is the same for all
+  /// slabs. The slab's first value is that of its smallest voxel.
+  void add(const ArrayValues& slab, int axis) { add(slab, axis, false); }
+
+  /// Takes the whole array, in place of slabs, and reads it where it lies. The field and its copies
+  /// keep `owner`; until then the values must stay as they are. Only blocks that reach beyond the
+  /// array are copied.
+  void hold(const ArrayValues& array, std::shared_ptr<const void> owner);
+
+  /// The field, after all values. NaN, Inf and negative values are in it as they were given; a
+  /// VdbFile replaces them as those of a file.
+  Field finish();
+
+ private:
+  struct Block;
+  Block summarise(const LeafValues& values, const glm::ivec3& origin) const;
+  void copy(const LeafValues& values, const glm::ivec3& origin, float* leaf) const;
+  /// Voxels of a block within the array.
+  glm::ivec3 size_of_block(const glm::ivec3& origin) const;
+  /// Adds the next planes of an axis, whose first voxel is the array's first.
+  void add(const ArrayValues& slab, int axis, bool in_place);
+
+  glm::ivec3 shape_;
+  int next_plane_ = 0;
+  Field field_;
+  std::vector<std::shared_ptr<const void>> storage_;
+};
+
+/// Writes the values of a box of voxels, z fastest, with the field's channels; 0 where none is
+/// stored.
+void write_dense(const Field& field, const Box& box, float* out);
+
+/// Bytes and counts of an atlas; exact, and known before a texel is allocated.
+struct AtlasSize {
+  std::uint64_t textured_bricks = 0;
+  std::uint64_t constant_bricks = 0;  ///< entries; one may span many bricks
+  std::uint64_t page_bytes = 0;
+  std::uint64_t constant_bytes = 0;
+  std::uint64_t texel_bytes = 0;
+  /// Bytes of one copy, on the host or on the GPU.
+  std::uint64_t bytes() const { return page_bytes + constant_bytes + texel_bytes; }
 };
 
 }  // namespace psivox

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "psivox/atlas.h"
 #include "psivox/parameters.h"
 #include "psivox/scene.h"
 #include "psivox/vdb.h"

@@ -99,7 +99,7 @@ struct Plane {
 /// does. The default of an optional that is unset depends on the data or on another field.
 struct Scene {
   std::string input;
-  std::string look;  ///< see look.h; empty: not said
+  std::string look;  ///< see with_look; empty: not said
   std::string grid;  ///< empty: `density`, else the only scalar grid
   /// Further volumes in the scene, each as "FILE NAME=VALUE ...", see scene_of_volume.
   std::vector<std::string> volumes;

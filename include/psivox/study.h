@@ -7,8 +7,8 @@
 #include <string_view>
 #include <vector>
 
+#include "psivox/error.h"
 #include "psivox/medium.h"
-#include "psivox/progress.h"
 
 // A study renders one view by many methods and measures the error and the cost of each. The
 // reference computes the light once, and all methods use it, so that their errors are their own.

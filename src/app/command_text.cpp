@@ -4,9 +4,10 @@
 #include <cmath>
 #include <glm/trigonometric.hpp>
 #include <map>
+#include <utility>
 
 #include "base/text.h"
-#include "psivox/look.h"
+#include "psivox/open.h"
 #include "psivox/parameters.h"
 
 namespace psivox {
@@ -191,6 +192,38 @@ std::string camera_lines(const View& view, const std::string& format) {
       lines.replace(at, place.size(), value);
   }
   return lines;
+}
+
+std::string option_of_concept(std::string_view name) {
+  static constexpr std::pair<std::string_view, std::string_view> concepts[] = {
+      {"--albedo", "scattering"},
+      {"--aov", "layers passes"},
+      {"--background", "backdrop bg"},
+      {"--camera-position", "eye from translate"},
+      {"--camera-target", "lookat"},
+      {"--clip", "crop cut"},
+      {"--color-bar", "legend scalar-bar"},
+      {"--colormap", "color lut palette"},
+      {"--device", "gpu"},
+      {"--exposure", "brightness gain gamma"},
+      {"--extinction", "absorb density"},
+      {"--grid", "field scalars variable"},
+      {"--isovalue", "contour threshold"},
+      {"--light", "shadow sun"},
+      {"--look", "preset style"},
+      {"--mode", "plane plot"},
+      {"--opacity", "alpha"},
+      {"--output", "output-file"},
+      {"--pixel-samples", "rays samples spp"},
+      {"--range", "level levels volume-range window"},
+      {"--resolution", "dimensions height size width"},
+      {"--slice", "slice-axis slice-position"},
+      {"--tone-map", "tonemap"},
+  };
+  if (!name.starts_with("--")) return "";
+  for (const auto& [option, names] : concepts)
+    if (std::ranges::count(split(names, ' '), name.substr(2)) > 0) return std::string(option);
+  return "";
 }
 
 }  // namespace psivox

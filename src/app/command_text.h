@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "psivox/medium.h"
@@ -25,5 +26,10 @@ std::vector<std::string> camera_line_formats();
 /// The view's camera as lines of a renderer's scene or script, so that its picture of the same
 /// volume can be compared with psivox's pixel by pixel; `json` has the whole scene too.
 std::string camera_lines(const View& view, const std::string& format);
+
+/// The option that does what an option of that name does in vdb_render, F3D, ParaView, Blender or
+/// elsewhere; empty if none is known. It comes before suggestion(): `--samples` resembles
+/// `--sampling`.
+std::string option_of_concept(std::string_view name);
 
 }  // namespace psivox

@@ -6,6 +6,7 @@
 #include <sstream>
 #include <utility>
 
+#include "atlas/atlas.h"
 #include "base/file_blocks.h"
 #include "base/text.h"
 #include "psivox/error.h"

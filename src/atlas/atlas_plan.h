@@ -1,7 +1,7 @@
 #pragma once
 
+#include "atlas/atlas.h"
 #include "atlas/brick_source.h"
-#include "psivox/atlas.h"
 
 namespace psivox {
 

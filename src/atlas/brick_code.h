@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 
 namespace psivox {
 

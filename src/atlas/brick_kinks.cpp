@@ -8,8 +8,8 @@
 #include <limits>
 #include <optional>
 
+#include "atlas/atlas.h"
 #include "atlas/block_map.h"
-#include "psivox/atlas.h"
 #include "psivox/error.h"
 
 namespace psivox {

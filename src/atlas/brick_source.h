@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <vector>
 
+#include "atlas/atlas.h"
 #include "atlas/block_map.h"
 #include "field/index_space.h"
-#include "psivox/atlas.h"
-#include "psivox/leaf_values.h"
+#include "field/leaf_values.h"
 
 namespace psivox::atlas {
 

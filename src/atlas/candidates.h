@@ -3,8 +3,8 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "atlas/atlas.h"
 #include "atlas/brick_source.h"
-#include "psivox/atlas.h"
 
 namespace psivox::atlas {
 

@@ -6,7 +6,7 @@
 #include <map>
 #include <vector>
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 
 namespace psivox::atlas {
 

@@ -11,8 +11,8 @@
 #include <map>
 #include <utility>
 
+#include "atlas/atlas.h"
 #include "field/index_space.h"
-#include "psivox/atlas.h"
 
 namespace psivox {
 namespace {

@@ -8,9 +8,9 @@
 #include <span>
 #include <string>
 
+#include "atlas/atlas.h"
 #include "atlas/brick_source.h"
 #include "field/index_space.h"
-#include "psivox/atlas.h"
 #include "psivox/error.h"
 
 namespace psivox {

@@ -6,10 +6,10 @@
 #include <utility>
 
 #include "base/text.h"
+#include "field/leaf_values.h"
 #include "march/grids.h"
 #include "march/medium_atlas.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 
 namespace psivox {

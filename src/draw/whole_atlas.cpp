@@ -4,9 +4,9 @@
 #include <atomic>
 
 #include "base/stopwatch.h"
+#include "field/leaf_values.h"
 #include "march/grids.h"
 #include "plan/choose_codes.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {

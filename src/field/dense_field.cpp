@@ -1,4 +1,4 @@
-#include "psivox/dense_field.h"
+#include "psivox/field.h"
 
 #include <tbb/parallel_for.h>
 
@@ -10,6 +10,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "field/index_space.h"
+#include "field/leaf_values.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -154,6 +155,34 @@ Field DenseField::finish() {
   if (field_.active_voxels == 0) field_.active_box = {};
   field_.storage = std::make_shared<std::vector<std::shared_ptr<const void>>>(std::move(storage_));
   return std::move(field_);
+}
+
+void write_dense(const Field& field, const Box& box, float* out) {
+  const glm::ivec3 size = box.max - box.min + 1;
+  const auto channels = std::size_t(field.channels);
+  const auto index = [&](const glm::ivec3& at) {
+    return (std::size_t(at.x) * std::size_t(size.y) + std::size_t(at.y)) * std::size_t(size.z) +
+           std::size_t(at.z);
+  };
+  std::fill_n(out, (index(size - 1) + 1) * channels, 0.0f);
+  const auto fill = [&](const glm::ivec3& origin, int width, const auto& value) {
+    const glm::ivec3 low = glm::max(origin, box.min);
+    const glm::ivec3 high = glm::min(origin + width - 1, box.max);
+    for (int x = low.x; x <= high.x; ++x)
+      for (int y = low.y; y <= high.y; ++y)
+        for (int z = low.z; z <= high.z; ++z) {
+          const glm::ivec3 at(x, y, z);
+          std::copy_n(value(at - origin), channels, out + index(at - box.min) * channels);
+        }
+  };
+  for (const Tile& tile : field.tiles)
+    fill(tile.origin, tile.width, [&](const glm::ivec3&) { return &tile.value.x; });
+  for (const Leaf& leaf : field.leaves) {
+    const OrderedValues values(field, leaf);
+    fill(leaf.origin, 8, [&](const glm::ivec3& at) {
+      return values.data() + std::size_t((at.x * 8 + at.y) * 8 + at.z) * channels;
+    });
+  }
 }
 
 }  // namespace psivox

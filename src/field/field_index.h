@@ -8,8 +8,8 @@
 #include <unordered_set>
 #include <vector>
 
+#include "field/leaf_values.h"
 #include "psivox/field.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox {
 

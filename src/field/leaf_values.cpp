@@ -1,4 +1,4 @@
-#include "psivox/leaf_values.h"
+#include "field/leaf_values.h"
 
 #include <algorithm>
 #include <cstring>

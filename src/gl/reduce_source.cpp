@@ -4,7 +4,6 @@
 #include <unordered_set>
 
 #include "gl/shader_source.h"
-#include "gl/shader_text.h"
 
 namespace psivox::gl {
 namespace {

@@ -1,11 +1,9 @@
-#include "gl/shader_text.h"
+#include "gl/shader_source.h"
 
 #include <algorithm>
 #include <initializer_list>
 #include <iterator>
 #include <string>
-
-#include "gl/shader_source.h"
 
 namespace psivox::gl {
 namespace {

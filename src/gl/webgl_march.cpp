@@ -9,7 +9,7 @@
 
 #include "base/text.h"
 #include "gl/march_program.h"
-#include "gl/shader_text.h"
+#include "gl/shader_source.h"
 
 namespace psivox::gl {
 namespace {

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <utility>
 
-#include "psivox/progress.h"
+#include "psivox/error.h"
 
 namespace psivox::guard {
 

@@ -1,4 +1,4 @@
-#include "psivox/legend.h"
+#include "psivox/picture_file.h"
 
 #include <algorithm>
 #include <cmath>

@@ -13,8 +13,7 @@
 #include <vector>
 
 #include "colour/colour.h"
-#include "format.h"
-#include "output_file.h"
+#include "formats.h"
 #include "psivox/error.h"
 #include "srgb_codes.h"
 

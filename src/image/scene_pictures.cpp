@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "base/text.h"
-#include "image/output_file.h"
+#include "image/formats.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 

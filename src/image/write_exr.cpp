@@ -17,8 +17,7 @@
 #include <thread>
 #include <vector>
 
-#include "format.h"
-#include "output_file.h"
+#include "formats.h"
 
 namespace psivox::image_io {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "base/text.h"
 #include "look/draft.h"
-#include "look/file_kind.h"
 #include "look/voxel_lines.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"
@@ -17,8 +16,10 @@ namespace {
 
 /// The view so far, for the last time.
 View take_view(Choosing& all) {
-  if (std::optional<View> known = std::exchange(all.view, {})) return std::move(*known);
-  return make_view(all.scene, all.fields.of(all.scene));
+  if (!all.view) return make_view(all.scene, all.fields.of(all.scene));
+  View known = std::move(*all.view);
+  all.view.reset();
+  return known;
 }
 
 void choose_extinction(Choosing& all) {

@@ -1,4 +1,4 @@
-#include "look/file_kind.h"
+#include "look/choices.h"
 
 #include <algorithm>
 #include <cmath>
@@ -7,7 +7,7 @@
 #include <tuple>
 
 #include "field/index_space.h"
-#include "psivox/leaf_values.h"
+#include "field/leaf_values.h"
 
 namespace psivox {
 namespace {

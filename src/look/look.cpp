@@ -1,4 +1,4 @@
-#include "psivox/look.h"
+#include "psivox/open.h"
 
 #include <algorithm>
 #include <cstdlib>
@@ -7,11 +7,11 @@
 #include <optional>
 #include <system_error>
 
+#include "atlas/atlas.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "look/choices.h"
-#include "look/file_kind.h"
 #include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"

@@ -5,7 +5,7 @@
 #include <glm/matrix.hpp>
 #include <vector>
 
-#include "look/file_kind.h"
+#include "look/choices.h"
 #include "march/light.h"
 
 namespace psivox {

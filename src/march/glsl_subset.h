@@ -8,7 +8,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 #include "psivox/medium.h"
 
 /// C++'s side of the subset that shaders/ is written in: the names that binding.glsl defines for

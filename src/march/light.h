@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "march/voxel_luminance.h"
+#include "psivox/error.h"
 #include "psivox/medium.h"
-#include "psivox/progress.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

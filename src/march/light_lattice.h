@@ -7,7 +7,7 @@
 
 #include "march/light.h"
 #include "march/medium_atlas.h"
-#include "psivox/progress.h"
+#include "psivox/error.h"
 
 namespace psivox {
 

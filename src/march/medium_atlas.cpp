@@ -8,10 +8,10 @@
 #include <optional>
 
 #include "field/index_space.h"
+#include "field/leaf_values.h"
 #include "march/grids.h"
 #include "march/march_parameters.h"
 #include "medium/value_range.h"
-#include "psivox/leaf_values.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

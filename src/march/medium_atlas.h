@@ -3,7 +3,7 @@
 #include <optional>
 #include <vector>
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 #include "psivox/medium.h"
 
 namespace psivox {

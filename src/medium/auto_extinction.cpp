@@ -3,7 +3,7 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
-#include "psivox/leaf_values.h"
+#include "field/leaf_values.h"
 #include "psivox/medium.h"
 #include "scene/transfer_function.h"
 

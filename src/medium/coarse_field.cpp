@@ -7,8 +7,8 @@
 #include <map>
 #include <vector>
 
+#include "field/leaf_values.h"
 #include "medium/value_range.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {

@@ -6,10 +6,10 @@
 #include <glm/vector_relational.hpp>
 
 #include "base/text.h"
+#include "field/leaf_values.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "scene/color.h"
 
 namespace psivox {

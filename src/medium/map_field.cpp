@@ -12,9 +12,9 @@
 
 #include "base/text.h"
 #include "field/field_index.h"
+#include "field/leaf_values.h"
 #include "medium/value_range.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {

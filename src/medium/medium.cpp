@@ -7,13 +7,13 @@
 #include <map>
 
 #include "base/text.h"
+#include "field/leaf_values.h"
 #include "medium/density_function.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
 #include "medium/value_range.h"
 #include "medium/visible_parts.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "scene/cuts.h"
 #include "scene/transfer_function.h"

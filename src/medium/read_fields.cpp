@@ -3,10 +3,10 @@
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "field/leaf_values.h"
 #include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "medium/value_range.h"
-#include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/enum_names.h"

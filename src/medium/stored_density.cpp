@@ -11,11 +11,11 @@
 #include <utility>
 #include <vector>
 
+#include "atlas/atlas.h"
 #include "atlas/regions.h"
+#include "field/leaf_values.h"
 #include "field/value_percentile.h"
 #include "medium/map_field.h"
-#include "psivox/atlas.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {

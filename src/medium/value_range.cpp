@@ -7,8 +7,8 @@
 #include <cmath>
 
 #include "field/lane_range.h"
+#include "field/leaf_values.h"
 #include "field/value_percentile.h"
-#include "psivox/leaf_values.h"
 
 namespace psivox {
 namespace {

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
+#include "field/leaf_values.h"
 #include "psivox/camera.h"
-#include "psivox/leaf_values.h"
 #include "psivox/medium.h"
 
 // What the voxels of leaves weigh: their attenuation or emission.

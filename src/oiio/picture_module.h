@@ -4,7 +4,7 @@
 #include <filesystem>
 #include <string_view>
 
-#include "image/output_file.h"
+#include "image/formats.h"
 
 namespace psivox::image_io {
 

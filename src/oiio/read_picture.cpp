@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "colour/colour.h"
-#include "image/format.h"
+#include "image/formats.h"
 #include "oiio/picture_module.h"
 
 namespace psivox::image_io {

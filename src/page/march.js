@@ -27,7 +27,7 @@ async function numbers(id, array) {
   return new array(result.buffer);
 }
 
-// A brick in codes by the lowest bits of its step, as CodedRows in include/psivox/atlas.h.
+// A brick in codes by the lowest bits of its step, as CodedRows in src/atlas/atlas.h.
 function coded_rows(step) {
   const wide = step & 3, x = (step >> 5 & 7) + 2, y = (step >> 11 & 7) + 2;
   return {wide, bits: [7, 12, 16][wide], y, count: x * y};

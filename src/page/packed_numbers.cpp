@@ -8,8 +8,8 @@
 #include <span>
 #include <string_view>
 
+#include "atlas/atlas.h"
 #include "base/text.h"
-#include "psivox/atlas.h"
 #include "psivox/error.h"
 
 namespace psivox {

@@ -5,7 +5,7 @@
 
 #include "app/command_text.h"
 #include "base/text.h"
-#include "image/output_file.h"
+#include "image/formats.h"
 #include "march/film.h"
 #include "page/page_parts.h"
 #include "plan/choose_codes.h"

@@ -8,13 +8,13 @@
 #include <array>
 #include <variant>
 
-#include "base/guarded_reading.h"
-#include "base/option_concepts.h"
+#include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "core.h"
-#include "gl/object_counts.h"
+#include "gl/gl_renderer.h"
 #include "psivox/study.h"
+#include "psivox/vdb.h"
 #include "psivox/verify.h"
 #include "scene/color.h"
 

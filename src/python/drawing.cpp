@@ -9,7 +9,7 @@
 #include "psivox/camera.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
-#include "psivox/scene_file.h"
+#include "psivox/picture_file.h"
 #include "scene/cuts.h"
 
 namespace psivox::python {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "psivox/draw.h"
+#include "psivox/error.h"
 #include "psivox/page.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "psivox/progress.h"
 #include "psivox/vdb.h"
 
 namespace psivox::python {

@@ -9,8 +9,7 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "core.h"
-#include "field/dense_values.h"
-#include "psivox/dense_field.h"
+#include "psivox/field.h"
 #include "psivox/file_report.h"
 
 namespace psivox::python {

@@ -1,5 +1,5 @@
 // The program whose processes read .vdb files for Python.
 
-#include "base/guarded_reading.h"
+#include "psivox/vdb.h"
 
 int main() { psivox::serve_guarded_reading(); }

@@ -5,9 +5,9 @@
 #include <vector>
 
 #include "march/light.h"
+#include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
-#include "psivox/progress.h"
 
 namespace psivox {
 

@@ -9,8 +9,8 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "field/index_space.h"
-#include "psivox/dense_field.h"
 #include "psivox/error.h"
+#include "psivox/field.h"
 #include "scan/streams.h"
 
 namespace psivox::scan {

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "base/file_blocks.h"
+#include "psivox/error.h"
 #include "psivox/field.h"
-#include "psivox/progress.h"
 
 namespace psivox::scan {
 

@@ -5,7 +5,7 @@
 
 #include "base/text.h"
 #include "base/text_file.h"
-#include "image/output_file.h"
+#include "image/formats.h"
 
 namespace psivox {
 namespace {

@@ -10,9 +10,9 @@
 #include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
+#include "field/leaf_values.h"
 #include "git_hash.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "study/report.h"
 

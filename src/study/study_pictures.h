@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "psivox/draw.h"
-#include "psivox/legend.h"
+#include "psivox/picture_file.h"
 #include "study/results.h"
 
 namespace psivox {

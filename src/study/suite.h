@@ -11,8 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "psivox/error.h"
 #include "psivox/integrators.h"
-#include "psivox/progress.h"
 #include "study/results.h"
 
 // The rules alone: orders of convergence, and the precision suite.

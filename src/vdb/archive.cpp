@@ -8,7 +8,6 @@
 #include <utility>
 
 #include "grid_types.h"
-#include "leaf_decoder.h"
 #include "value_block.h"
 
 namespace psivox::vdb {

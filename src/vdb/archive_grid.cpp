@@ -5,7 +5,6 @@
 
 #include "archive.h"
 #include "field/value_percentile.h"
-#include "leaf_decoder.h"
 
 namespace psivox::vdb {
 namespace {

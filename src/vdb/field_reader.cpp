@@ -6,8 +6,8 @@
 #include <mutex>
 #include <utility>
 
+#include "field/leaf_values.h"
 #include "field/value_percentile.h"
-#include "psivox/leaf_values.h"
 #include "read_grid.h"
 #include "reader.h"
 #include "survey.h"

@@ -6,8 +6,8 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/guarded_reading.h"
 #include "guard/service.h"
+#include "psivox/vdb.h"
 #include "reader.h"
 #include "reading_messages.h"
 #include "survey.h"

@@ -1,4 +1,4 @@
-#include "leaf_decoder.h"
+#include "archive.h"
 
 #include <tbb/parallel_for.h>
 

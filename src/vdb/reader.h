@@ -10,7 +10,6 @@
 #include "base/file_blocks.h"
 #include "base/text.h"
 #include "psivox/error.h"
-#include "psivox/progress.h"
 #include "psivox/vdb.h"
 
 namespace psivox::vdb {

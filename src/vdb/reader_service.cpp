@@ -8,9 +8,9 @@
 #include <system_error>
 #include <utility>
 
-#include "base/guarded_reading.h"
 #include "base/memory.h"
 #include "guard/service.h"
+#include "psivox/vdb.h"
 #include "reader.h"
 #include "reading_messages.h"
 #include "survey.h"

@@ -23,9 +23,9 @@
 #include <vector>
 
 #include "field/index_space.h"
+#include "field/leaf_values.h"
 #include "grid_types.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "reading_messages.h"
 #include "survey.h"
 

@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "psivox/field.h"
-#include "psivox/value_survey.h"
 #include "psivox/vdb.h"
 
 // One survey judges the values of every grid: from a file, in memory, or left in the file.

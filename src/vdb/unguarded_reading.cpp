@@ -2,7 +2,7 @@
 
 #include <cstdlib>
 
-#include "base/guarded_reading.h"
+#include "psivox/vdb.h"
 #include "reader.h"
 
 namespace psivox {

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "gl/object_counts.h"
+#include "gl/gl_renderer.h"
 #include "view/viewer.h"
 
 namespace psivox::view {

@@ -13,7 +13,7 @@
 #include <thread>
 #include <vector>
 
-#include "gl/object_counts.h"
+#include "gl/gl_renderer.h"
 #include "psivox/draw.h"
 #include "psivox/open.h"
 #include "psivox/scene.h"

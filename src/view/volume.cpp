@@ -6,9 +6,9 @@
 #include <utility>
 
 #include "base/text.h"
+#include "field/leaf_values.h"
 #include "medium/value_range.h"
 #include "psivox/error.h"
-#include "psivox/leaf_values.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
 #include "view/files.h"

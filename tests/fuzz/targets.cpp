@@ -13,7 +13,7 @@
 #include <string>
 #include <vector>
 
-#include "psivox/atlas.h"
+#include "atlas/atlas.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"

@@ -7,7 +7,6 @@
 
 #include "base/stopwatch.h"
 #include "base/text_file.h"
-#include "field/dense_values.h"
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
 #include "gl/program.h"
@@ -15,6 +14,7 @@
 #include "march/medium_atlas.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "psivox/field.h"
 #include "psivox/parameters.h"
 
 namespace {

@@ -1,4 +1,6 @@
-#include "format.h"
+#include "formats.h"
+
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -6,8 +8,11 @@
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <system_error>
 
 #include "base/text.h"
+
+namespace fs = std::filesystem;
 
 namespace psivox::image_io {
 
@@ -26,11 +31,11 @@ std::string one_line(const std::string& text) {
   return line;
 }
 
-Error read_error(const std::filesystem::path& path, const std::string& why) {
+Error read_error(const fs::path& path, const std::string& why) {
   return Error(ExitCode::input, "cannot read " + in_quotes(path.string()) + ": " + one_line(why));
 }
 
-Error write_error(const std::filesystem::path& path, const std::string& why) {
+Error write_error(const fs::path& path, const std::string& why) {
   return Error(ExitCode::output, "cannot write " + in_quotes(path.string()) + ": " + one_line(why));
 }
 
@@ -82,12 +87,12 @@ std::optional<Format> format_from_start(std::string_view start) {
 
 const FormatFacts& facts_of(Format format) { return formats[std::size_t(format)]; }
 
-bool is_standard_output(const std::filesystem::path& path) {
+bool is_standard_output(const fs::path& path) {
   const std::string& name = path.native();
   return name == "-" || (name.ends_with(":-") && format_of_extension(path));
 }
 
-std::optional<Format> format_of_extension(const std::filesystem::path& path) {
+std::optional<Format> format_of_extension(const fs::path& path) {
   const std::string& name = path.native();
   if (name == "-") return Format::png;
   const bool piped = name.ends_with(":-");
@@ -100,7 +105,7 @@ std::optional<Format> format_of_extension(const std::filesystem::path& path) {
   return std::nullopt;
 }
 
-Format format_from_extension(const std::filesystem::path& path) {
+Format format_from_extension(const fs::path& path) {
   if (const auto format = format_of_extension(path)) return *format;
   const std::string extension = path.extension().string();
   const std::string found =
@@ -109,13 +114,13 @@ Format format_from_extension(const std::filesystem::path& path) {
                                    "; use " + known_extensions());
 }
 
-Format format_from_contents(const std::filesystem::path& path) {
+Format format_from_contents(const fs::path& path) {
   std::error_code status_error;
-  const auto status = std::filesystem::status(path, status_error);
-  if (status.type() == std::filesystem::file_type::not_found) {
+  const auto status = fs::status(path, status_error);
+  if (status.type() == fs::file_type::not_found) {
     throw read_error(path, "there is no such file");
   }
-  if (std::filesystem::is_directory(status)) throw read_error(path, "it is a directory");
+  if (fs::is_directory(status)) throw read_error(path, "it is a directory");
 
   errno = 0;
   std::ifstream file(path, std::ios::binary);
@@ -128,8 +133,7 @@ Format format_from_contents(const std::filesystem::path& path) {
   return *format;
 }
 
-void check_size(const std::filesystem::path& path, int width, int height, double stored,
-                int channels) {
+void check_size(const fs::path& path, int width, int height, double stored, int channels) {
   constexpr double most_values = 0x1p31;  // 8 GiB of floats, 16384x16384 pixels of 8 channels
   // A file that lacks stored pixels fails when they are read. The empty part of an EXR's display
   // window takes no byte of the file: it may be 1024 times what is stored, or a megapixel.
@@ -141,6 +145,99 @@ void check_size(const std::filesystem::path& path, int width, int height, double
   throw read_error(path, "its header is damaged or asks for too much: " + std::to_string(width) +
                              "x" + std::to_string(height) + " pixels, " + std::to_string(channels) +
                              " channels");
+}
+
+namespace {
+
+fs::path directory_of(const fs::path& path) {
+  return path.has_parent_path() ? path.parent_path() : fs::path(".");
+}
+
+void check_target(const fs::path& named, const fs::path& target) {
+  std::error_code ignored;
+  if (fs::is_directory(target, ignored)) throw write_error(named, "it is a directory");
+  const bool exists = fs::exists(target, ignored);
+  if (exists && !fs::is_regular_file(target, ignored)) {
+    throw write_error(named, "it is not a regular file");
+  }
+  // A rename would replace a read-only file; who protected it does not expect that.
+  if (exists && ::access(target.c_str(), W_OK) != 0) throw write_error(named, std::strerror(errno));
+  const fs::path directory = directory_of(target);
+  if (!fs::is_directory(directory, ignored)) {
+    throw write_error(named, "there is no directory '" + directory.string() + "'");
+  }
+}
+
+}  // namespace
+
+OutputFile::OutputFile(const fs::path& target) : named_(target), target_(target) {
+  std::error_code ignored;
+  if (is_standard_output(target)) {
+    // Encoders seek, and a pipe takes all or nothing: the bytes go there when they are complete.
+    if (::isatty(STDOUT_FILENO) == 1)
+      throw write_error(named_, "the standard output is a terminal; redirect it");
+    target_.clear();
+    file_ = std::tmpfile();
+    if (file_ == nullptr) throw write_error(named_, std::strerror(errno));
+    return;
+  }
+  // the links stay, and the last one's file need not exist
+  for (int links = 0; links < 40 && fs::is_symlink(target_, ignored); ++links)
+    target_ = directory_of(target_) / fs::read_symlink(target_, ignored);
+  check_target(named_, target_);
+
+  try {
+    hidden_.emplace(target_);
+    file_ = fdopen(hidden_->open(), "wb");
+  } catch (const std::system_error& failure) {
+    throw write_error(named_, "no file can be created in '" + directory_of(target_).string() +
+                                  "': " + failure.code().message());
+  }
+  if (file_ == nullptr) throw write_error(named_, std::strerror(errno));
+}
+
+OutputFile::~OutputFile() {
+  if (file_ != nullptr) std::fclose(file_);
+}
+
+void OutputFile::remember_failure() {
+  if (failure_ == 0) failure_ = errno != 0 ? errno : EIO;
+}
+
+bool OutputFile::seek(std::int64_t offset) {
+  if (fseeko(file_, offset, SEEK_SET) == 0) return true;
+  remember_failure();
+  return false;
+}
+
+std::size_t OutputFile::write(std::string_view bytes) {
+  const std::size_t written = std::fwrite(bytes.data(), 1, bytes.size(), file_);
+  if (written != bytes.size()) remember_failure();
+  return written;
+}
+
+void OutputFile::copy_to_standard_output() {
+  std::rewind(file_);
+  char bytes[1 << 16];
+  for (std::size_t count = 0; (count = std::fread(bytes, 1, sizeof bytes, file_)) > 0;)
+    if (std::fwrite(bytes, 1, count, stdout) != count) return remember_failure();
+  if (std::fflush(stdout) != 0) remember_failure();
+}
+
+void OutputFile::commit(bool library_succeeded, const std::string& library_says) {
+  if (target_.empty() && failure_ == 0 && library_succeeded) copy_to_standard_output();
+  if (std::fclose(file_) != 0) remember_failure();
+  file_ = nullptr;
+  if (failure_ != 0) throw write_error(named_, std::strerror(failure_));
+  if (!library_succeeded) {
+    throw write_error(named_, library_says.empty() ? "the encoder gave no reason" : library_says);
+  }
+  if (target_.empty()) return;
+  try {
+    hidden_->show();
+  } catch (const std::system_error& failure) {
+    throw write_error(named_, failure.code().message());
+  }
 }
 
 }  // namespace psivox::image_io

@@ -60,17 +60,6 @@ struct PageTable {
   }
 };
 
-/// Bytes and counts of an atlas; exact, and known before a texel is allocated.
-struct AtlasSize {
-  std::uint64_t textured_bricks = 0;
-  std::uint64_t constant_bricks = 0;  ///< entries; one may span many bricks
-  std::uint64_t page_bytes = 0;
-  std::uint64_t constant_bytes = 0;
-  std::uint64_t texel_bytes = 0;
-  /// Bytes of one copy, on the host or on the GPU.
-  std::uint64_t bytes() const { return page_bytes + constant_bytes + texel_bytes; }
-};
-
 /// Least and greatest of some values.
 struct ValueRange {
   float min = 0;
