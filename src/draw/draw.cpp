@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <utility>
 
-#include "draw/lighting.h"
+#include "draw/picture.h"
 #include "gl/gl_renderer.h"
 #include "march/march_double.h"
 #include "psivox/parameters.h"
@@ -151,6 +151,15 @@ const char* stage_text(Stage stage) {
       break;
   }
   return "checking";
+}
+
+Progress of_stage(const StageProgress& progress, Stage stage) {
+  if (!progress) return {};
+  return [&progress, stage](double fraction) { progress(stage, fraction); };
+}
+
+void enter(const StageProgress& progress, Stage stage) {
+  if (progress) progress(stage, 0);
 }
 
 StageProgress over_stages(Progress bar, bool lit) {

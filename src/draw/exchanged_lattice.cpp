@@ -2,10 +2,10 @@
 #include <array>
 #include <functional>
 #include <limits>
-#include <tuple>
 #include <unordered_map>
 
 #include "draw/part_marcher.h"
+#include "field/index_space.h"
 #include "march/lattice_tiles.h"
 
 namespace psivox {
@@ -92,10 +92,7 @@ std::vector<glm::ivec3> with_below(const LatticeFrame& frame, std::span<const gl
     block[frame.axis] -= 8;
     if (block[frame.axis] + 7 >= frame.domain.min[frame.axis]) all.push_back(block);
   }
-  const auto before = [](const glm::ivec3& a, const glm::ivec3& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  };
-  std::ranges::sort(all, before);
+  std::ranges::sort(all, comes_before);
   all.erase(std::unique(all.begin(), all.end()), all.end());
   return all;
 }

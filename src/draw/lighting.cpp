@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numeric>
 
+#include "field/index_space.h"
 #include "march/light_lattice.h"
 #include "march/march_double.h"
 #include "reference/reference.h"
@@ -56,13 +57,10 @@ bool same_frame(const Camera& a, const Camera& b) {
 /// Places of the blocks that hold the pilot's voxels, in ascending order.
 std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
                                      const std::vector<glm::ivec3>& blocks) {
-  const auto before = [](const glm::ivec3& a, const glm::ivec3& b) {
-    return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-  };
   std::vector<std::size_t> places;
   for (const glm::ivec3& voxel : voxels) {
     const glm::ivec3 origin = voxel & ~7;
-    const auto found = std::lower_bound(blocks.begin(), blocks.end(), origin, before);
+    const auto found = std::lower_bound(blocks.begin(), blocks.end(), origin, comes_before);
     if (found != blocks.end() && *found == origin)
       places.push_back(std::size_t(found - blocks.begin()));
   }

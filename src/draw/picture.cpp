@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "base/text.h"
 #include "march/film.h"
 #include "march/light.h"
 #include "march/march_double.h"
+#include "plan/choose_codes.h"
 #include "psivox/parameters.h"
 #include "reference/reference.h"
 
@@ -33,7 +35,42 @@ Camera along(const WorldRay& ray, const Camera& camera, const glm::ivec2& resolu
   return narrow;
 }
 
+/// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
+double unit_ms(PartMarcher& marcher, const View& view) {
+  View small = budget_unit(view);
+  small.scene.resolution = glm::max(view.scene.resolution / 4, glm::ivec2(1));
+  small.scene.pixel_samples = 1;
+  const RenderStats stats = marcher.render(small).stats;
+  return stats.march_ms / double(stats.rays);
+}
+
 }  // namespace
+
+MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish,
+                       const MediumAtlas* grids, const LightError& missed) {
+  const Progress progress = of_stage(wish.progress, Stage::choosing);
+  MarchPlan result;
+  if (!grids || (wish.time_budget_ms && !marched.medium.others.empty())) {
+    result = exact_plan(marched);
+  } else if (wish.time_budget_ms) {
+    const glm::dvec2 size(marched.scene.resolution);
+    const double rays = size.x * size.y * marched.scene.pixel_samples;
+    const double budget = *wish.time_budget_ms / (rays * unit_ms(parts, marched));
+    result = plan_within(marched, *grids, budget, progress);
+  } else {
+    View with_rest = marched;
+    double& rest = *with_rest.scene.tolerance;
+    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
+    result = plan_march(with_rest, *grids, progress);
+    if (may_be_coded(marched)) choose_codes(result, *grids, rest, wish.fewest_bytes, progress);
+  }
+  result.light_rms = missed.rms;
+  result.light_max = missed.max;
+  const LightError all = sum({result.chosen.rms, result.chosen.max}, missed);
+  result.chosen.rms = all.rms;
+  result.chosen.max = all.max;
+  return result;
+}
 
 Picture::Picture(PartMarcher& marcher, const View& view, const Wish& wish,
                  std::optional<MarchPlan> plan)
@@ -50,8 +87,7 @@ RenderOptions Picture::options() const {
   options.tile_ms = wish_.tile_ms;
   options.may_update_tables = wish_.may_update_tables;
   if (plan_) options.brick_steps = plan_->march->brick_steps;
-  if (wish_.progress)
-    options.progress = [this](double fraction) { wish_.progress(Stage::marching, fraction); };
+  options.progress = of_stage(wish_.progress, Stage::marching);
   return options;
 }
 
@@ -96,13 +132,12 @@ void Picture::confirm_plan() {
 }
 
 void Picture::add_error(const Medium& medium) {
-  if (wish_.progress) wish_.progress(Stage::checking, 0);
+  enter(wish_.progress, Stage::checking);
   View exact = exact_view(marched());
   exact.medium = medium;
   RenderOptions whole;
   whole.tile_ms = wish_.tile_ms;
-  if (wish_.progress)
-    whole.progress = [this](double fraction) { wish_.progress(Stage::checking, fraction); };
+  whole.progress = of_stage(wish_.progress, Stage::checking);
   const Image better = marcher_.render(exact, whole).image;
   const CheckedError left = exact_error(exact, marcher_.render(pilot_view(exact)).image);
   drawn_.difference = compare_images(drawn_.image, better);
@@ -115,10 +150,8 @@ void Picture::add_bound(const Medium& medium) {
   View dark = view_;
   dark.medium = medium;
   const View exact = lit(dark, reference_light_depths(dark));
-  Progress progress;
-  if (wish_.progress)
-    progress = [this](double fraction) { wish_.progress(Stage::checking, fraction); };
-  drawn_.image.layers.push_back(bound_layer(exact, drawn_.image, 1e-9, progress));
+  drawn_.image.layers.push_back(
+      bound_layer(exact, drawn_.image, 1e-9, of_stage(wish_.progress, Stage::checking)));
   drawn_.bound = *std::ranges::max_element(drawn_.image.layers.back().values);
 }
 

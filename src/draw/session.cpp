@@ -1,6 +1,5 @@
 #include "psivox/draw.h"
 
-#include <cmath>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -9,34 +8,12 @@
 #include "draw/whole_atlas.h"
 #include "image/scene_pictures.h"
 #include "march/explain.h"
-#include "plan/choose_codes.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/cuts.h"
 #include "scene/environment.h"
 
 namespace psivox {
-namespace {
-
-Progress of_stage(const StageProgress& progress, Stage stage) {
-  if (!progress) return {};
-  return [&progress, stage](double fraction) { progress(stage, fraction); };
-}
-
-void enter(const StageProgress& progress, Stage stage) {
-  if (progress) progress(stage, 0);
-}
-
-/// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
-double unit_ms(PartMarcher& marcher, const View& view) {
-  View small = budget_unit(view);
-  small.scene.resolution = glm::max(view.scene.resolution / 4, glm::ivec2(1));
-  small.scene.pixel_samples = 1;
-  const RenderStats stats = marcher.render(small).stats;
-  return stats.march_ms / double(stats.rays);
-}
-
-}  // namespace
 
 struct Session::Impl {
   explicit Impl(View given) : view(std::move(given)), unlit(view.medium) {
@@ -51,8 +28,6 @@ struct Session::Impl {
   void complete(const Wish& wish);
   /// The view that a wish asks for, with the light that is there.
   View viewed(const Wish& wish);
-  /// The scene's holdout, which is read once.
-  std::shared_ptr<const Holdout> holdout_of(const Scene& scene);
   /// The marcher over the parts that the volume must be drawn in.
   PartMarcher parts_of(Marcher& marcher, const View& wanted, const Wish& wish);
   /// Keeps some bricks of the density alone, in memory, and lights these.
@@ -74,19 +49,9 @@ struct Session::Impl {
   std::optional<Lighting> lighting;    ///< of a medium that a light shines on
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
   std::optional<Box> held;             ///< bricks of the density, if not all
-  std::shared_ptr<const Holdout> holdout;  ///< that was read last, by its name
-  std::string holdout_name;
+  NamedHoldout holdout;
   WholeAtlas atlas;
 };
-
-std::shared_ptr<const Holdout> Session::Impl::holdout_of(const Scene& scene) {
-  if (!holdout || holdout->kind != scene.holdout_depth || holdout->size != scene.resolution ||
-      holdout_name != scene.holdout) {
-    holdout = std::make_shared<const Holdout>(read_holdout(scene));
-    holdout_name = scene.holdout;
-  }
-  return holdout;
-}
 
 void Session::Impl::revive() {
   atlas.restore();
@@ -108,7 +73,7 @@ View Session::Impl::viewed(const Wish& wish) {
     result.scene = with_planes(with_default_tolerance(*wish.scene), *view.subject);
     result.camera = make_camera(result.scene, *view.subject);
   }
-  if (!result.scene.holdout.empty()) result.holdout = holdout_of(result.scene);
+  if (!result.scene.holdout.empty()) result.holdout = holdout.of(result.scene);
   if (wish.resolution) result.scene.resolution = *wish.resolution;
   if (wish.exact) result = exact_view(result);
   return result;
@@ -186,31 +151,10 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
                               PreparationTimes& times) {
   enter(wish.progress, Stage::choosing);
+  const MediumAtlas* grids = parts.whole() ? &atlas.of(view, marched.scene.texel, times) : nullptr;
   const Stopwatch watch;
-  const LightError missed = lighting ? lighting->error() : LightError{};
-  MarchPlan result;
-  if (!parts.whole() || (wish.time_budget_ms && !marched.medium.others.empty())) {
-    result = exact_plan(marched);
-  } else if (wish.time_budget_ms) {
-    const glm::dvec2 size(marched.scene.resolution);
-    const double rays = size.x * size.y * marched.scene.pixel_samples;
-    const double budget = *wish.time_budget_ms / (rays * unit_ms(parts, marched));
-    result = plan_within(marched, atlas.of(view, marched.scene.texel, times), budget,
-                         of_stage(wish.progress, Stage::choosing));
-  } else {
-    View with_rest = marched;
-    double& rest = *with_rest.scene.tolerance;
-    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
-    const MediumAtlas& grids = atlas.of(view, marched.scene.texel, times);
-    const Progress progress = of_stage(wish.progress, Stage::choosing);
-    result = plan_march(with_rest, grids, progress);
-    if (may_be_coded(marched)) choose_codes(result, grids, rest, wish.fewest_bytes, progress);
-  }
-  result.light_rms = missed.rms;
-  result.light_max = missed.max;
-  const LightError all = sum({result.chosen.rms, result.chosen.max}, missed);
-  result.chosen.rms = all.rms;
-  result.chosen.max = all.max;
+  MarchPlan result =
+      choose_march(parts, marched, wish, grids, lighting ? lighting->error() : LightError{});
   times.plan_ms += watch.ms();
   times.plan_cpu_ms += watch.cpu_ms();
   return result;

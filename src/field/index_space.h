@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <tuple>
 
 #include "psivox/field.h"
 
@@ -28,6 +29,11 @@ inline std::uint64_t count_of(const Box& box) {
   if (box.empty()) return 0;
   const glm::u64vec3 size(box.max - box.min + 1);
   return size.x * size.y * size.z;
+}
+
+/// Orders points by x, then y, then z.
+inline bool comes_before(const glm::ivec3& a, const glm::ivec3& b) {
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
 
 /// Bricks along an axis, on either side of 0, that have voxels of int coordinates, and some beyond.

@@ -143,8 +143,7 @@ class Timer {
  public:
   /// llvmpipe stores commands, the timer's among them, and runs them tile by tile: the timer's must
   /// not be stored together with the draws.
-  explicit Timer(const std::string& renderer)
-      : waits_(renderer.find("llvmpipe") != std::string::npos) {
+  explicit Timer(const std::string& renderer) : waits_(is_software(renderer)) {
     GLint bits = 0;
     glGetQueryiv(GL_TIME_ELAPSED, GL_QUERY_COUNTER_BITS, &bits);
     works_ = bits > 0;

@@ -81,8 +81,6 @@ const ImageChannel* depth_of(const std::vector<ImageChannel>& channels, const st
   return channels.size() == 1 ? &channels.front() : nullptr;
 }
 
-}  // namespace
-
 Holdout read_holdout(const Scene& scene) {
   const LayerOfFile from(scene.holdout);
   const Image image = read_layers(from.file);
@@ -109,6 +107,17 @@ Holdout read_holdout(const Scene& scene) {
   for (std::size_t i = depth->index; i < values.size(); i += stride)
     holdout.depths.push_back(values[i]);
   return holdout;
+}
+
+}  // namespace
+
+std::shared_ptr<const Holdout> NamedHoldout::of(const Scene& scene) {
+  if (!kept_ || kept_->kind != scene.holdout_depth || kept_->size != scene.resolution ||
+      name_ != scene.holdout) {
+    kept_ = std::make_shared<const Holdout>(read_holdout(scene));
+    name_ = scene.holdout;
+  }
+  return kept_;
 }
 
 }  // namespace psivox

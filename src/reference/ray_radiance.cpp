@@ -118,6 +118,14 @@ struct RayIntegrator::Stretches {
   glm::dvec3 color{1};          ///< factor of the luminance along this ray
   glm::dvec3 more{0};           ///< added to it, of a further volume
   std::list<Stretches> others;  ///< of further volumes
+  double entered = -infinity;   ///< where the density's last cell began
+
+  /// Whether the density has a new cell, which is not all 0.
+  bool enters_cell() {
+    if (!(density->begin() > entered)) return false;
+    entered = density->begin();
+    return density->in_cell() && !density->all_zero();
+  }
 
   /// Moves all walks to s; `end` becomes where the first of them leaves a cell.
   void move_on(double s, double& end) {
@@ -150,14 +158,12 @@ void RayIntegrator::begin(const WorldRay& ray, double t_middle, double t0, doubl
                           Stretches& at) {
   const Medium& medium = medium_->medium;
   if (!color_at_end_) at.color = medium.color * phase_factor(medium, ray.direction);
-  at.density.emplace(density_cache_, make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  const auto in = [&](const Field& field) { return make_index_ray(field, ray, t_middle, t0, t1); };
+  at.density.emplace(density_cache_, in(*medium.density));
   if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
-  if (medium_->luminance)
-    at.luminance.emplace(*luminance_cache_,
-                         make_index_ray(*medium.luminance, ray, t_middle, t0, t1));
+  if (medium_->luminance) at.luminance.emplace(*luminance_cache_, in(*medium.luminance));
   for (std::size_t i = 0; i < emission_caches_.size(); ++i)
-    at.emission.emplace_back(emission_caches_[i],
-                             make_index_ray(*medium.emission[i].field, ray, t_middle, t0, t1));
+    at.emission.emplace_back(emission_caches_[i], in(*medium.emission[i].field));
   for (RayIntegrator& other : others_) {
     Stretches& own = at.others.emplace_back();
     other.begin(ray, t_middle, t0, t1, own);
@@ -258,10 +264,8 @@ void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum&
       piece.glow_share *= u;
     }
     if (medium.source == LuminanceSource::transfer) {
-      for (int c = 0; c < 3; ++c) {
-        const auto i = std::size_t(c);
-        piece.L[i] = scaled(p.color[i], at.color[c]);
-      }
+      for (int c = 0; c < 3; ++c)
+        piece.L[std::size_t(c)] = scaled(p.color[std::size_t(c)], at.color[c]);
       piece.L_error = p.color_error * max_component(glm::abs(at.color));
     }
     piece.x = scaled(p.attenuation, x * u);
@@ -282,17 +286,12 @@ RayRadiance RayIntegrator::radiance(const WorldRay& ray, double t0, double t1) {
   RaySum sum;
   sum.depth_error = face_error(medium, at.density->ray());
   bool stopped = false;
-  double counted = -infinity;
-  for (double s = begin; s < end && !stopped;) {
-    double to = end;
+  for (double s = begin, to; s < end && !stopped; s = to) {
+    to = end;
     at.move_on(s, to);
-    if (at.density->in_cell() && !at.density->all_zero() && at.density->begin() > counted) {
-      counted = at.density->begin();
-      ++sum.cells;
-    }
+    sum.cells += at.enters_cell();
     add_stretch(at, s, to, sum);
     stopped = sum.T <= accuracy_.T_stop;
-    s = to;
   }
 
   if (color_at_end_) sum.multiply(channels_, medium.color * phase_factor(medium, ray.direction));
@@ -313,18 +312,13 @@ RayRadiance RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1
   at.density.emplace(density_cache_, make_index_ray(*medium.density, ray, t_middle, t0, t1));
   if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
   RayRadiance result;
-  double sum = 0, error = 0, counted = -infinity;
+  double sum = 0, error = 0;
   std::uint64_t terms = 0;
   const IndexRay& index_ray = at.density->ray();
-  for (double s = index_ray.s_begin; s < index_ray.s_end;) {
-    double to = index_ray.s_end;
-    at.move_on(s, to);
-    const double from = s;
-    s = to;
-    if (at.density->begin() > counted) {
-      counted = at.density->begin();
-      result.cells += at.density->in_cell() && !at.density->all_zero();
-    }
+  for (double from = index_ray.s_begin, to; from < index_ray.s_end; from = to) {
+    to = index_ray.s_end;
+    at.move_on(from, to);
+    result.cells += at.enters_cell();
     if (!(largest_attenuation(medium, *at.density, at.gradient) > 0)) continue;
     const Cubic value = at.density->along(from, to);
     if (!medium.transfer) {
