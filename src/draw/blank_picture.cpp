@@ -14,7 +14,6 @@
 #include "psivox/camera.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
-#include "scene/color.h"
 #include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
@@ -139,7 +138,7 @@ struct Seen {
 };
 
 /// Light of half a code; less is black on a display.
-constexpr double least_light = half_code / 12.92;
+constexpr double least_light = half_code<double> / 12.92;
 
 Seen what_is_seen(const Scene& scene, const Image& image) {
   Seen seen;
@@ -161,7 +160,7 @@ Seen what_is_seen(const Scene& scene, const Image& image) {
     for (int c = 0; c < 3; ++c) {
       const double light = double(rgba[i + std::size_t(c)]);
       if (light == 0 && (left == 1 || !scene.background)) continue;
-      seen.differs |= std::abs(code(light + left * behind[c]) - code_behind[c]) > half_code;
+      seen.differs |= std::abs(code(light + left * behind[c]) - code_behind[c]) > half_code<double>;
     }
   }
   return seen;
