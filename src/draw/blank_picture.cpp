@@ -124,7 +124,9 @@ std::string why_dark(const View& view) {
       scene.sky.value_or(glm::dvec3(0)) == glm::dvec3(0) &&
       std::ranges::all_of(scene.lights, [](const auto& l) { return l.color == glm::dvec3(0); }))
     return "the colour of --light or --sky is black";
-  if (!scene.emission_grid.empty() && scene.emission_scale == 0) return "--emission-scale is 0";
+  for (const EmissionOptions& emission : emission_options)
+    if (!(scene.*emission.grid).empty() && scene.*emission.scale == 0)
+      return "--" + std::string(emission.name) + "-scale is 0";
   if (!scene.luminance_grid.empty() && scene.luminance_scale == 0) return "--luminance-scale is 0";
   if (!scene.luminance_grid.empty())
     return "grid " + in_quotes(scene.luminance_grid) + ", the luminance, is 0 where it is seen";
