@@ -166,7 +166,7 @@ TEST(SequenceScene, GoesWithoutTheLooksGridsWhereAFrameLacksThem) {
   Folder folder;
   const std::vector<std::string> paths{folder.file("a.1.vdb", "blobs"),
                                        folder.file("a.2.vdb", "slab")};
-  const SequenceScene sequence = resolve_sequence({}, paths, "auto");
+  const SequenceScene sequence = resolve_sequence({}, std::span(paths).first(1), "auto");
   EXPECT_EQ(sequence.chosen_grids, (std::vector<std::string>{"emission-grid", "albedo-grid"}));
   const Scene burning = frame_scene(sequence, VdbFile(paths[0]), paths[0]);
   EXPECT_EQ(burning.emission_grid, "temperature");
