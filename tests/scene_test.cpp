@@ -118,6 +118,25 @@ TEST(Parameters, OfAFurtherVolumeAreItsOwnOrTheScenes) {
   EXPECT_EQ(own.luminance, scene.luminance);
 }
 
+TEST(Parameters, OfAFurtherVolumeAreNamedByTheTable) {
+  std::string own, side;
+  Scene scene;
+  for (const Parameter& p : parameters()) {
+    if (may_be_of_volume(p)) own += p.name + ", ";
+    if (!names_side_grid(p)) continue;
+    side += p.name + " ";
+    set_parameter(scene, p.name, "a");
+    EXPECT_TRUE(has_default(scene_of_volume(scene, "b.vdb"), p)) << p.name;
+  }
+  EXPECT_EQ(side, "luminance-grid temperature-grid emission-grid albedo-grid ");
+  own.resize(own.size() - 2);
+  EXPECT_TRUE(find_parameter("volumes")->help.ends_with(": " + own)) << own;
+  EXPECT_EQ(own,
+            "grid, scale, rotate, translate, extinction, luminance, temperature-scale, "
+            "temperature-offset, emission-grid, emission-scale, emission-color, albedo, "
+            "albedo-grid");
+}
+
 TEST(Parameters, ReadsColoursAsLinearNumbersOrCodesOfSrgb) {
   const double half = linear_from_srgb(128 / 255.0);
   EXPECT_EQ(with("luminance", "0.5,1,2").luminance, glm::dvec3(0.5, 1, 2));

@@ -162,6 +162,24 @@ TEST(SequenceScene, KeepsWhatTheSceneSets) {
   EXPECT_EQ(*sequence.scene.camera_position, glm::dvec3(0, 0, 99));
 }
 
+TEST(SequenceScene, GoesWithoutTheLooksGridsWhereAFrameLacksThem) {
+  Folder folder;
+  const std::vector<std::string> paths{folder.file("a.1.vdb", "blobs"),
+                                       folder.file("a.2.vdb", "slab")};
+  const SequenceScene sequence = resolve_sequence({}, std::span(paths).first(1), "auto");
+  EXPECT_EQ(sequence.chosen_grids, (std::vector<std::string>{"emission-grid", "albedo-grid"}));
+  const Scene burning = frame_scene(sequence, VdbFile(paths[0]), paths[0]);
+  EXPECT_EQ(burning.emission_grid, "temperature");
+  EXPECT_EQ(burning.albedo_grid, "color");
+  const Scene plain = frame_scene(sequence, VdbFile(paths[1]), paths[1]);
+  EXPECT_EQ(plain.emission_grid, "");
+  EXPECT_EQ(plain.albedo_grid, "");
+
+  Scene scene;
+  scene.albedo_grid = "color";
+  EXPECT_EQ(chosen_grids(scene, burning), std::vector<std::string>{"emission-grid"});
+}
+
 TEST(SequenceScene, AsksOneFileIfNothingIsOpen) {
   TwoFiles files;
   const Scene complete = resolve_sequence({}, files.paths).scene;

@@ -35,6 +35,7 @@ SHELLS = "--transfer-function assets/shells.json"
 SURFACES = "--transfer-function assets/isosurfaces.json"
 HEAT = "--temperature-grid temperature --temperature-scale 4000 --temperature-offset 1500"
 GLOW = "--emission-grid temperature --emission-scale 0.5"
+OTHER = "--and 'assets/blobs.vdb extinction=4 rotate=0,30,0 translate=0.5,0.2,0 emission-grid=temperature'"
 COLOR = "--luminance-grid color"
 INSIDE = "--camera-position 0.1,0.2,0.05 --camera-target 1,0.5,0.3"
 ABOVE = "--camera-position 2,3,4 --camera-target 0,0,0"
@@ -65,6 +66,9 @@ blobs {COLOR} --integrator psi-exact --segments 3
 blobs {HEAT} --integrator psi-fit
 blobs {HEAT} --integrator psi-table --segments 1
 blobs {HEAT} --integrator linear-source --step 0.9
+blobs {OTHER} {LAYERS}
+blobs {OTHER} {GLOW} {COLOR} --tolerance 1e-3
+blobs {OTHER} {GLOW} {LIGHT} --renderer march-double --resolution 32x24
 blobs {COLOR} --integrator cell-exact {GLOW} {LAYERS}
 blobs {COLOR} --integrator cell-exact --mode back-to-front
 blobs {HEAT} --integrator cell-exact {LAYERS}

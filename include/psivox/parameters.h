@@ -52,6 +52,14 @@ enum class UnderTolerance {
   unchanged  ///< it must have its default; the error estimate holds for no other value
 };
 
+/// What a further volume (`--and`) has for a parameter.
+enum class OfVolume {
+  scenes,         ///< what the scene has
+  own_or_scenes,  ///< its own value, else the scene's
+  own,            ///< its own value, else the default
+  none            ///< the default
+};
+
 /// One row of the table of parameters: all that the command line, --help, JSON, image metadata and
 /// sliders need to know about one.
 struct Parameter {
@@ -67,6 +75,7 @@ struct Parameter {
   bool common = false;      ///< one of the few that --help lists; --help-all lists all
   bool march_only = false;  ///< the medium does not depend on it
   UnderTolerance under_tolerance = UnderTolerance::free;
+  OfVolume of_volume = OfVolume::scenes;
   ParameterGroup group = ParameterGroup::input;
 };
 
@@ -98,6 +107,9 @@ std::string color_notice(const Parameter& parameter, std::string_view text);
 /// draws scenes that differ in it.
 bool belongs_to_medium(const Parameter& parameter);
 
+/// Whether it names a grid that the march reads beside the density: luminance-grid, emission-grid.
+bool names_side_grid(const Parameter& parameter);
+
 bool has_same(const Scene& a, const Scene& b, const Parameter& parameter);
 /// Sets the parameter of a scene to that of another.
 void copy_parameter(const Scene& from, Scene& to, const Parameter& parameter);
@@ -124,8 +136,8 @@ void apply_over(Scene& scene, std::span<const Setting> settings);
 /// Throws Error(usage) if parameters contradict each other.
 void validate(const Scene& scene);
 
-/// Names of the parameters that a further volume may have for itself.
-const std::vector<std::string>& volume_parameters();
+/// Whether a further volume may have a value of its own.
+bool may_be_of_volume(const Parameter& parameter);
 /// The scene of one of the further volumes in `scene.volumes`, "FILE NAME=VALUE ...": its file and
 /// what it has for itself, the rest as in `scene`. Throws Error(usage).
 Scene scene_of_volume(const Scene& scene, std::string_view text);

@@ -241,8 +241,9 @@ struct Scene {
   }
 };
 
-/// The options of a grid that emits.
+/// The options of a grid that emits: name-grid, name-scale, name-color.
 struct EmissionOptions {
+  const char* name;
   std::string Scene::*grid;
   double Scene::*scale;
   EmissionColor Scene::*color;
@@ -250,7 +251,7 @@ struct EmissionOptions {
 
 /// Of all that may emit; they are the last rows of shaders/grids.glsl, in the same order.
 inline constexpr EmissionOptions emission_options[] = {
-    {&Scene::emission_grid, &Scene::emission_scale, &Scene::emission_color}};
+    {"emission", &Scene::emission_grid, &Scene::emission_scale, &Scene::emission_color}};
 
 /// How the march evaluates the integral along a ray: by which rule, between which points.
 struct Method {

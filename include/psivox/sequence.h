@@ -65,6 +65,10 @@ std::vector<int> gaps(const SequenceFiles& files);
 /// and the one of up to 64 in which most voxels burn, if any has a flame.
 std::vector<std::string> auto_samples(const SequenceFiles& files);
 
+/// The options of side grids that a look has set in `shown`, which `asked` leaves open: one frame
+/// may have the grid and another not.
+std::vector<std::string> chosen_grids(const Scene& asked, const Scene& shown);
+
 /// What `auto` chooses, once for all frames.
 struct SequenceScene {
   /// Complete but for the input: no frame changes it.
@@ -72,7 +76,7 @@ struct SequenceScene {
   std::string look;                        ///< `smoke`
   std::vector<Setting> settings;           ///< what the look has set
   std::shared_ptr<const Subject> subject;  ///< what the frames show, all together
-  std::vector<std::string> chosen_grids;   ///< by the look: a frame may lack them
+  std::vector<std::string> chosen_grids;   ///< see chosen_grids()
 };
 
 /// Resolves a scene for a sequence by some of its files:

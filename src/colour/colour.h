@@ -32,6 +32,10 @@ inline double linear_from_srgb(double code) {
   return colour::Math<double>{}.linear_from_srgb(code);
 }
 
+/// Half a step between codes of 8 bits: less is no visible difference.
+template <typename Real>
+inline constexpr Real half_code = Real(0.5) / 255;
+
 /// Light of the display, 1 for white, of radiance that is multiplied by the exposure's factor.
 inline float display_light(float radiance, ToneMap curve) {
   return colour::Math<float>{}.display_light(radiance, static_cast<int>(curve));

@@ -14,7 +14,6 @@
 #include "psivox/camera.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
-#include "scene/color.h"
 #include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
@@ -125,7 +124,9 @@ std::string why_dark(const View& view) {
       scene.sky.value_or(glm::dvec3(0)) == glm::dvec3(0) &&
       std::ranges::all_of(scene.lights, [](const auto& l) { return l.color == glm::dvec3(0); }))
     return "the colour of --light or --sky is black";
-  if (!scene.emission_grid.empty() && scene.emission_scale == 0) return "--emission-scale is 0";
+  for (const EmissionOptions& emission : emission_options)
+    if (!(scene.*emission.grid).empty() && scene.*emission.scale == 0)
+      return "--" + std::string(emission.name) + "-scale is 0";
   if (!scene.luminance_grid.empty() && scene.luminance_scale == 0) return "--luminance-scale is 0";
   if (!scene.luminance_grid.empty())
     return "grid " + in_quotes(scene.luminance_grid) + ", the luminance, is 0 where it is seen";
@@ -139,7 +140,7 @@ struct Seen {
 };
 
 /// Light of half a code; less is black on a display.
-constexpr double least_light = half_code / 12.92;
+constexpr double least_light = half_code<double> / 12.92;
 
 Seen what_is_seen(const Scene& scene, const Image& image) {
   Seen seen;
@@ -161,7 +162,7 @@ Seen what_is_seen(const Scene& scene, const Image& image) {
     for (int c = 0; c < 3; ++c) {
       const double light = double(rgba[i + std::size_t(c)]);
       if (light == 0 && (left == 1 || !scene.background)) continue;
-      seen.differs |= std::abs(code(light + left * behind[c]) - code_behind[c]) > half_code;
+      seen.differs |= std::abs(code(light + left * behind[c]) - code_behind[c]) > half_code<double>;
     }
   }
   return seen;

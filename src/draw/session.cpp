@@ -7,7 +7,6 @@
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
 #include "image/scene_pictures.h"
-#include "march/explain.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/cuts.h"

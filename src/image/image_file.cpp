@@ -19,7 +19,6 @@ namespace {
 
 namespace fs = std::filesystem;
 using image_io::Format;
-using image_io::half_code;
 
 float brightest(const float* rgba) { return std::max({rgba[0], rgba[1], rgba[2]}); }
 
@@ -102,7 +101,7 @@ std::string what_is_lost(const Image& image, const fs::path& path, Format format
            "or write an .exr";
   }
   std::size_t lost = 0;
-  for (std::size_t i = 3; i < rgba.size(); i += 4) lost += 1 > rgba[i] + image_io::half_code;
+  for (std::size_t i = 3; i < rgba.size(); i += 4) lost += 1 > rgba[i] + half_code<float>;
   if (lost == 0) return {};
   return in_quotes(path.string()) + " has no alpha: " + std::to_string(lost) + " of " + all +
          " pixels are not opaque and stand over black; --background R,G,B sets another colour";
@@ -142,8 +141,8 @@ Clipping clipping(const Image& image, const fs::path& path, const WriteOptions& 
   for (std::size_t i = 0; i < rgba.size(); i += 4) {
     const float alpha = has_alpha ? image_io::clamped(rgba[i + 3]) : 1;
     const float most = brightest(&rgba[i]);
-    result.clipped += !by_view && shown(most) > 1 + half_code;
-    const bool glows = most > alpha + half_code;
+    result.clipped += !by_view && shown(most) > 1 + half_code<float>;
+    const bool glows = most > alpha + half_code<float>;
     double missing = 0;
     for (std::size_t c = 0; c < 3; ++c) {
       const float wanted = image_io::clamped(shown(rgba[i + c]));
@@ -151,7 +150,7 @@ Clipping clipping(const Image& image, const fs::path& path, const WriteOptions& 
       if (!glows) continue;
       const float over_black =
           alpha > 0 ? alpha * image_io::clamped(shown(rgba[i + c] / alpha)) : 0;
-      if (wanted > over_black + half_code) missing += double(wanted - over_black);
+      if (wanted > over_black + half_code<float>) missing += double(wanted - over_black);
     }
     lost += missing;
     result.cut += missing > 0;

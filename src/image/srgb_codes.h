@@ -10,9 +10,6 @@
 
 namespace psivox::image_io {
 
-/// Half a step between codes of 8 bits: less is no visible loss.
-inline constexpr float half_code = 0.5f / 255;
-
 /// `value` cut to [0, 1]; 0 for NaN.
 inline float clamped(float value) { return value > 0 ? (value < 1 ? value : 1.0f) : 0.0f; }
 

@@ -52,7 +52,7 @@ void add_volume(const Scene& scene, std::string text, const std::string& open_lo
   const VdbFile file(own.input);
   LookedScene of_file = with_look(own, file, open_look);
   for (const Setting& setting : of_file.settings)
-    if (std::ranges::count(volume_parameters(), setting.name))
+    if (may_be_of_volume(*find_parameter(setting.name)))
       text += " " + setting.name + "=" + setting.text;
   const Scene shown = scene_of_volume(looked.scene, text);
   const bool read = fields_key(shown) == fields_key(of_file.scene);

@@ -1,5 +1,3 @@
-#include "march/explain.h"
-
 #include "base/text.h"
 #include "march/atlas_march.h"
 #include "march/preintegration.h"

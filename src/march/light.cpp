@@ -10,6 +10,7 @@
 
 #include "base/text.h"
 #include "march/medium_atlas.h"
+#include "psivox/parameters.h"
 #include "scene/environment.h"
 
 namespace psivox {
@@ -53,6 +54,28 @@ Field field_of_blocks(const Field& density, const LightBlocks& blocks, int chann
 /// An octave's light, optical depth and mean cosine, as parts of those of the one before. These are
 /// the paper's a, b and c; its light may not exceed its extinction (a <= b).
 constexpr double octave_ratio = 0.5;
+
+/// The view with a further volume in the first one's place, and the first one in its.
+View seen_from(const View& view, std::size_t other) {
+  View own = view;
+  own.medium = view.medium.others[other];
+  own.medium.others = view.medium.others;
+  own.medium.others[other] = view.medium;
+  own.medium.others[other].others.clear();
+  if (other < view.scene.volumes.size())
+    own.scene.albedo = scene_of_volume(view.scene, view.scene.volumes[other]).albedo;
+  return own;
+}
+
+/// The beams of the first volume as they light another, whose albedo is its own.
+std::vector<Beam> beams_on(const View& other, std::span<const Beam> beams) {
+  std::vector<Beam> own = light_beams(other);
+  const auto sky = int(beams.size() - own.size());
+  if (sky > 0)
+    for (const Beam& beam : sky_beams(other, sky)) own.push_back(beam);
+  for (Beam& beam : own) beam.method = {.termination = beams.front().method.termination};
+  return own;
+}
 
 double double_of(float value) { return value; }
 const glm::dvec3& double_of(const glm::dvec3& value) { return value; }
@@ -231,15 +254,37 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
   return medium;
 }
 
+namespace {
+
+/// The medium of a view in the light of beams, in all of its visible blocks.
+Medium lit_medium(const View& view, std::vector<Beam> beams, const LightDepths& depths,
+                  const Progress& progress = {}) {
+  const auto all = visible_blocks(*view.medium.density, density_options(view));
+  std::vector<std::size_t> wanted(all.size());
+  std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+  return LitLuminance(view, std::move(beams)).medium({all, wanted}, depths, progress);
+}
+
+}  // namespace
+
+void light_others(const View& dark, std::span<const Beam> beams, const DepthsOf& depths_of,
+                  Medium& lit, const Progress& progress) {
+  const double count = double(dark.medium.others.size());
+  for (std::size_t i = 0; i < dark.medium.others.size(); ++i) {
+    const View view = seen_from(dark, i);
+    lit.others[i] = lit_medium(view, beams_on(view, beams), depths_of(view), [&](double done) {
+      if (progress) progress((double(i) + done) / count);
+    });
+    lit.others[i].others.clear();
+  }
+}
+
 View lit(View view, const LightDepths& depths) {
   if (!view.medium.light) return view;
   std::vector<Beam> beams = light_beams(view);
   for (const Beam& beam : sky_beams(view, exact_sky_count)) beams.push_back(beam);
-  const std::vector<glm::ivec3> all = visible_blocks(*view.medium.density, density_options(view));
-  std::vector<std::size_t> wanted(all.size());
-  std::iota(wanted.begin(), wanted.end(), std::size_t{0});
   const View dark = view;
-  view.medium = LitLuminance(dark, beams).medium({all, wanted}, depths);
+  view.medium = lit_medium(dark, beams, depths);
   light_others(dark, beams, own_light_depths, view.medium);
   return view;
 }

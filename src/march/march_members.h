@@ -67,8 +67,6 @@ Mixture integrate_transfer(real front, real back, real length) {
 #define DERIVED(type, name, expression) type name{};
 #include "march.glsl"
 #undef DERIVED
-// clang-format off
-// clang-format on
 
 /// Sets what follows from the constants.
 void derive() {

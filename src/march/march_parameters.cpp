@@ -7,7 +7,6 @@
 #include <limits>
 
 #include "field/index_space.h"
-#include "march/explain.h"
 #include "march/march_tables.h"
 #include "march/transfer_table.h"
 #include "psivox/error.h"

@@ -36,6 +36,14 @@ struct RenderResult {
   RenderStats stats;
 };
 
+/// What the march of a view computes, what it leaves out because the picture does not depend on it,
+/// and why. Light may still be pending.
+std::vector<Explanation> explain(const View& view, const MediumAtlas& atlas);
+
+/// Whether the view's march corrects the ends of its lattice: psi-balanced does, where rays may
+/// begin inside the medium and nothing else in the scene forbids it.
+bool has_end_corrections(const View& view);
+
 /// Thrown where the device cannot hold what it was given: its memory is full, or its textures are
 /// too small. A smaller atlas may fit.
 class DeviceFull : public Error {

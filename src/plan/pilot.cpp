@@ -4,7 +4,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 
-#include "march/explain.h"
 #include "plan/plan.h"
 
 namespace psivox {

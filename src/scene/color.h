@@ -5,13 +5,10 @@
 #include <glm/common.hpp>
 #include <glm/vec3.hpp>
 #include <map>
-#include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
 #include "colour/colour.h"
-#include "psivox/parameters.h"
 
 namespace psivox {
 
@@ -37,9 +34,6 @@ glm::dvec3 mix_hsv(const glm::dvec3& a, const glm::dvec3& b, double t, bool shor
 /// several threads.
 glm::dvec3 black_body(double kelvin);
 
-/// Half an 8-bit step: the largest distance of the straight lines between knots from the curve.
-inline constexpr double half_code = 0.5 / 255;
-
 /// Halves (a, b] until `fits(part_begin, part_end)`, into 2^depth parts at most, and appends the
 /// ends of the parts.
 template <typename Fits>
@@ -63,7 +57,7 @@ std::vector<double> color_knots(const Curve& curve, double first, double last) {
       const double t = i / 8.0;
       const glm::dvec3 off =
           glm::abs(srgb_from_linear(glm::mix(from, to, t)) - curve(std::lerp(a, b, t)));
-      if (std::max({off.r, off.g, off.b}) > half_code) return false;
+      if (std::max({off.r, off.g, off.b}) > half_code<double>) return false;
     }
     return true;
   };
@@ -71,25 +65,5 @@ std::vector<double> color_knots(const Curve& curve, double first, double last) {
   append_parts(first, last, fits, 9, ends);
   return ends;
 }
-
-/// The linear colour that #rgb, #rrggbb or a name of CSS stands for: these are sRGB codes.
-std::optional<glm::dvec3> named_color(std::string_view text);
-
-/// The three codes of sRGB in R,G,B if all are whole numbers up to 255 and one is above 1; so other
-/// programs write colours.
-std::optional<glm::ivec3> color_codes(std::string_view text);
-
-/// The linear colour of codes from 0 to 255.
-glm::dvec3 color_of_codes(const glm::ivec3& codes);
-
-/// "#ff8000".
-std::string hex_text(const glm::ivec3& codes);
-
-/// Whether numbers that look like codes are codes: behind the medium nothing is brighter than
-/// white, but lights and luminances are.
-bool takes_codes(const Parameter& parameter);
-
-/// Whether one number stands for a grey, and a grey is written as one.
-bool takes_grey(const Parameter& parameter);
 
 }  // namespace psivox

@@ -23,42 +23,34 @@ constexpr Range device_index{-1, 1024};
 constexpr Range octave_count{1, 16};
 constexpr Range halvings{0, 16};
 
-Parameter chosen(Parameter p) {
-  p.under_tolerance = UnderTolerance::chosen;
+/// The row with another value in a column.
+template <auto column, auto value>
+Parameter with(Parameter p) {
+  p.*column = value;
   return p;
 }
 
-Parameter unchanged(Parameter p) {
-  p.under_tolerance = UnderTolerance::unchanged;
-  return p;
-}
-
-Parameter common(Parameter p) {
-  p.common = true;
-  return p;
-}
-
-Parameter march_only(Parameter p) {
-  p.march_only = true;
-  return p;
-}
+constexpr auto chosen = with<&Parameter::under_tolerance, UnderTolerance::chosen>;
+constexpr auto unchanged = with<&Parameter::under_tolerance, UnderTolerance::unchanged>;
+constexpr auto common = with<&Parameter::common, true>;
+constexpr auto march_only = with<&Parameter::march_only, true>;
+constexpr auto own_or_scenes = with<&Parameter::of_volume, OfVolume::own_or_scenes>;
+constexpr auto own = with<&Parameter::of_volume, OfVolume::own>;
+constexpr auto not_of_volumes = with<&Parameter::of_volume, OfVolume::none>;
 
 using Rows = std::vector<Parameter>;
 
 Rows input_rows() {
   return {
       {"input", "IN.vdb", "", "", "volume to render", &Scene::input, any, "", true},
-      common(
+      common(own(
           {"grid", "NAME[:PART]", "", "the best usable grid",
            "density grid; density[1] is the second of that name; of vectors :x, :y, :z or :length; "
            ":active is 1 at active voxels",
-           &Scene::grid}),
+           &Scene::grid})),
       {"volumes", "FILE", "", "none",
        "draw another volume in the same scene; several may be given. Each has the scene's options, "
-       "but for those that follow its file as NAME=VALUE: grid, scale, rotate, translate, "
-       "extinction, "
-       "luminance, albedo, albedo-grid, emission-grid, emission-scale, emission-color, "
-       "temperature-scale, temperature-offset",
+       "but for those that follow its file as NAME=VALUE: ",
        &Scene::volumes, any, "none"},
       {"strict", "", "", "",
        "refuse NaN, Inf, negative values, backgrounds and non-linear transforms", &Scene::strict},
@@ -67,11 +59,11 @@ Rows input_rows() {
        &Scene::background_value, any, "none"},
       {"centering", enum_metavar<Centering>(), "", "",
        "place value i at index i (node) or i + 1/2 (cell)", &Scene::centering},
-      {"scale", "S", "", "", "make the volume S times as large, about the world's origin",
-       &Scene::scale, above_0},
-      {"rotate", "X,Y,Z", "degrees", "", "then turn it about the world's axes x, y and z, in turn",
-       &Scene::rotate},
-      {"translate", "X,Y,Z", "world units", "", "then move it", &Scene::translate},
+      own({"scale", "S", "", "", "make the volume S times as large, about the world's origin",
+           &Scene::scale, above_0}),
+      own({"rotate", "X,Y,Z", "degrees", "",
+           "then turn it about the world's axes x, y and z, in turn", &Scene::rotate}),
+      own({"translate", "X,Y,Z", "world units", "", "then move it", &Scene::translate}),
       {"lod", "N", "", "", "level of detail: make voxels twice as wide N times, of mean values",
        &Scene::lod, halvings},
   };
@@ -112,13 +104,12 @@ Rows look_rows() {
           {"look", "NAME", "", "auto in render, view and study",
            "scene parameters that suit the file: auto, plain, smoke, fire, surface, scan, signed, "
            "points, colors, vectors or xray, or a .json of them; each option given replaces its "
-           "own "
-           "part",
+           "own part",
            &Scene::look}),
-      common({"extinction", "K", "1/world unit",
-              "auto: mean optical depth 3 through the grid's middle",
-              "scale of the attenuation: K * value, or K * transfer function", &Scene::extinction,
-              at_least_0, "auto"}),
+      common(own_or_scenes({"extinction", "K", "1/world unit",
+                            "auto: mean optical depth 3 through the grid's middle",
+                            "scale of the attenuation: K * value, or K * transfer function",
+                            &Scene::extinction, at_least_0, "auto"})),
       {"transfer-function", "FILE", "", "none",
        "JSON: attenuation and colour by value and gradient; ParaView's colour maps too",
        &Scene::transfer_function},
@@ -133,28 +124,29 @@ Rows look_rows() {
        &Scene::opacity, any, "none"},
       {"classification", enum_metavar<Classification>(), "", "",
        "apply the function after (post) or before (pre) the interpolation", &Scene::classification},
-      {"luminance", "COLOUR", "", "1,1,1; 0,0,0 with --light alone",
-       "luminance of the medium; a grid or a function multiplies it", &Scene::luminance, at_least_0,
-       "auto"},
-      {"luminance-grid", "NAME", "", "none", "scalar or vec3 grid that multiplies the luminance",
-       &Scene::luminance_grid},
+      own_or_scenes({"luminance", "COLOUR", "", "1,1,1; 0,0,0 with --light alone",
+                     "luminance of the medium; a grid or a function multiplies it",
+                     &Scene::luminance, at_least_0, "auto"}),
+      not_of_volumes({"luminance-grid", "NAME", "", "none",
+                      "scalar or vec3 grid that multiplies the luminance", &Scene::luminance_grid}),
       {"luminance-scale", "S", "", "", "factor of --luminance-grid", &Scene::luminance_scale,
        at_least_0},
-      {"temperature-grid", "NAME", "", "none",
-       "scalar grid of black-body temperatures; 6500 K has luminance 1", &Scene::temperature_grid},
-      {"temperature-scale", "S", "", "", "factor of --temperature-grid", &Scene::temperature_scale,
-       at_least_0},
-      {"temperature-offset", "O", "K", "", "temperature added after the factor",
-       &Scene::temperature_offset},
-      {"emission-grid", "NAME", "", "none",
-       "scalar or vec3 grid of emitted light; the extinction does not scale it",
-       &Scene::emission_grid},
-      {"emission-scale", "S", "radiance/world unit", "", "factor of --emission-grid",
-       &Scene::emission_scale, at_least_0},
-      {"emission-color", enum_metavar<EmissionColor>(), "", "",
-       "colour of a scalar emission grid; black-body: its values are temperatures, by "
-       "--temperature-scale and --temperature-offset",
-       &Scene::emission_color},
+      not_of_volumes({"temperature-grid", "NAME", "", "none",
+                      "scalar grid of black-body temperatures; 6500 K has luminance 1",
+                      &Scene::temperature_grid}),
+      own_or_scenes({"temperature-scale", "S", "", "", "factor of --temperature-grid",
+                     &Scene::temperature_scale, at_least_0}),
+      own_or_scenes({"temperature-offset", "O", "K", "", "temperature added after the factor",
+                     &Scene::temperature_offset}),
+      own({"emission-grid", "NAME", "", "none",
+           "scalar or vec3 grid of emitted light; the extinction does not scale it",
+           &Scene::emission_grid}),
+      own({"emission-scale", "S", "radiance/world unit", "", "factor of --emission-grid",
+           &Scene::emission_scale, at_least_0}),
+      own({"emission-color", enum_metavar<EmissionColor>(), "", "",
+           "colour of a scalar emission grid; black-body: its values are temperatures, by "
+           "--temperature-scale and --temperature-offset",
+           &Scene::emission_color}),
   };
 }
 
@@ -202,13 +194,13 @@ Rows light_rows() {
        "turn the map about the up axis, counterclockwise from above", &Scene::environment_rotation},
       {"environment-scale", "S", "radiance", "", "factor of the map", &Scene::environment_scale,
        above_0},
-      {"albedo", "A|COLOUR", "", "",
-       "scattered part of the attenuated light: one number, or one for each colour", &Scene::albedo,
-       fraction},
-      {"albedo-grid", "NAME", "", "none",
-       "grid that multiplies the albedo: of one number or a colour (vec3), or the three grids "
-       "NAME_r, NAME_g and NAME_b of colour times density, as Blender's smoke has them",
-       &Scene::albedo_grid},
+      own_or_scenes({"albedo", "A|COLOUR", "", "",
+                     "scattered part of the attenuated light: one number, or one for each colour",
+                     &Scene::albedo, fraction}),
+      own({"albedo-grid", "NAME", "", "none",
+           "grid that multiplies the albedo: of one number or a colour (vec3), or the three grids "
+           "NAME_r, NAME_g and NAME_b of colour times density, as Blender's smoke has them",
+           &Scene::albedo_grid}),
       {"phase-g", "G", "", "", "mean cosine of the scattering angle: 0 isotropic, near 1 forward",
        &Scene::phase_g, forward},
       {"scatter-octaves", "N", "", "",
@@ -322,6 +314,10 @@ std::vector<Parameter> make_table() {
       table.push_back(std::move(row));
     }
   }
+  std::vector<std::string> names;
+  for (const Parameter& row : table)
+    if (may_be_of_volume(row)) names.push_back(row.name);
+  std::ranges::find(table, "volumes", &Parameter::name)->help += joined(names, ", ");
   return table;
 }
 
@@ -337,6 +333,12 @@ const std::vector<Parameter>& parameters() {
   static const std::vector<Parameter> table = make_table();
   return table;
 }
+
+bool may_be_of_volume(const Parameter& parameter) {
+  return parameter.of_volume == OfVolume::own || parameter.of_volume == OfVolume::own_or_scenes;
+}
+
+bool names_side_grid(const Parameter& parameter) { return parameter.name.ends_with("-grid"); }
 
 const Parameter* find_parameter(std::string_view name) {
   const auto row = std::ranges::find(parameters(), name, &Parameter::name);

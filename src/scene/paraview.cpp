@@ -128,7 +128,7 @@ void add_between(std::vector<TransferPoint>& points, const std::array<double, 4>
   const auto curve = [&](double t) {
     return opacity_between(opacity, next[1], t, midpoint, sharpness);
   };
-  const double tolerance = half_code * std::abs(next[1] - opacity);
+  const double tolerance = half_code<double> * std::abs(next[1] - opacity);
   const auto fits = [&](double a, double b) {
     for (int i = 1; i < 8; ++i) {
       const double t = std::lerp(a, b, i / 8.0);

@@ -23,29 +23,23 @@ std::string_view name_in(std::string_view word) {
 
 }  // namespace
 
-const std::vector<std::string>& volume_parameters() {
-  static const std::vector<std::string> names = split(
-      "grid,scale,rotate,translate,extinction,luminance,albedo,albedo-grid,emission-grid,"
-      "emission-scale,emission-color,temperature-scale,temperature-offset");
-  return names;
-}
-
 Scene scene_of_volume(const Scene& scene, std::string_view text) {
   Scene volume = scene;
   volume.volumes.clear();
-  for (const char* const name :
-       {"grid", "scale", "rotate", "translate", "luminance-grid", "temperature-grid",
-        "emission-grid", "emission-scale", "emission-color", "albedo-grid"})
-    set_default(volume, *find_parameter(name));
+  std::vector<std::string> names;  // that it may have for itself
+  for (const Parameter& p : parameters()) {
+    if (p.of_volume == OfVolume::own || p.of_volume == OfVolume::none) set_default(volume, p);
+    if (may_be_of_volume(p)) names.push_back(p.name);
+  }
   while (true) {
     const std::size_t space = text.rfind(' ');
     const std::string_view word = text.substr(space + 1);  // npos + 1 is 0
     const std::string_view name = name_in(word);
     if (space == std::string_view::npos || name.empty()) break;
-    if (std::ranges::count(volume_parameters(), name) == 0)
+    if (std::ranges::count(names, name) == 0)
       throw Error(ExitCode::usage, "--and " + in_quotes(text) + ": a further volume has no " +
                                        in_quotes(name) + " of its own; it may have " +
-                                       joined(volume_parameters(), ", "));
+                                       joined(names, ", "));
     set_parameter(volume, name, word.substr(name.size() + 1));
     text.remove_suffix(text.size() - space);
   }

@@ -66,8 +66,6 @@ const Sample& densest(const std::vector<Sample>& samples) {
   return *std::ranges::min_element(samples, {}, thinness);
 }
 
-bool has_flame(const Sample& sample) { return !sample.looked.scene.emission_grid.empty(); }
-
 /// Radiance that light and luminance give to the medium, over all channels.
 double brightness(const Scene& scene) {
   const auto sum = [](const glm::dvec3& v) { return v.x + v.y + v.z; };
@@ -87,21 +85,27 @@ void take_range(const std::vector<Sample>& samples, Scene& scene) {
   }
 }
 
-/// The sample whose flame has the least number; null if none has a flame.
+/// The sample that has the grid and the least number; null if none has the grid.
 template <typename Number>
-const Sample* least_flame(const std::vector<Sample>& samples, const Number& number) {
+const Sample* least_emission(const std::vector<Sample>& samples, const EmissionOptions& emission,
+                             const Number& number) {
   const Sample* least = nullptr;
-  for (const Sample& sample : samples)
-    if (has_flame(sample) && (!least || number(sample) < number(*least))) least = &sample;
+  for (const Sample& sample : samples) {
+    if ((sample.looked.scene.*emission.grid).empty()) continue;
+    if (!least || number(sample) < number(*least)) least = &sample;
+  }
   return least;
 }
 
 void take_temperatures(const std::vector<Sample>& samples, Scene& scene) {
-  const Sample* hottest =
-      least_flame(samples, [](const Sample& s) { return s.looked.scene.temperature_scale; });
-  if (!hottest) return;
-  scene.temperature_scale = hottest->looked.scene.temperature_scale;
-  scene.temperature_offset = hottest->looked.scene.temperature_offset;
+  for (const EmissionOptions& emission : emission_options) {
+    const Sample* hottest = least_emission(
+        samples, emission, [](const Sample& s) { return s.looked.scene.temperature_scale; });
+    if (!hottest) continue;
+    scene.temperature_scale = hottest->looked.scene.temperature_scale;
+    scene.temperature_offset = hottest->looked.scene.temperature_offset;
+    return;
+  }
 }
 
 void take_brightness(const std::vector<Sample>& samples, Scene& scene) {
@@ -111,12 +115,14 @@ void take_brightness(const std::vector<Sample>& samples, Scene& scene) {
   scene.lights = least.lights;
   scene.luminance = least.luminance;
   scene.sky = least.sky;
-  const Sample* flame =
-      least_flame(samples, [](const Sample& s) { return s.scene.emission_scale; });
-  if (!flame) return;
-  scene.emission_grid = flame->scene.emission_grid;
-  scene.emission_color = flame->scene.emission_color;
-  scene.emission_scale = flame->scene.emission_scale;
+  for (const EmissionOptions& emission : emission_options) {
+    const Sample* dimmest =
+        least_emission(samples, emission, [&](const Sample& s) { return s.scene.*emission.scale; });
+    if (!dimmest) continue;
+    scene.*emission.grid = dimmest->scene.*emission.grid;
+    scene.*emission.color = dimmest->scene.*emission.color;
+    scene.*emission.scale = dimmest->scene.*emission.scale;
+  }
 }
 
 Subject all_subjects(const std::vector<Sample>& samples) {
@@ -229,23 +235,26 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
               make_camera(with_planes(samples[base].looked.scene, *subject), *subject));
   result.subject = subject;
   if (!scene.exposure) result.scene.exposure = least_exposure(result.scene, paths);
-  if (scene.emission_grid.empty() && !result.scene.emission_grid.empty())
-    result.chosen_grids.push_back(result.scene.emission_grid);
-  if (scene.albedo_grid.empty() && !result.scene.albedo_grid.empty())
-    result.chosen_grids.push_back(result.scene.albedo_grid);
+  result.chosen_grids = chosen_grids(scene, result.scene);
   result.scene.input = scene.input;
   result.settings = changed_settings(scene, result.scene);
   return result;
 }
 
+std::vector<std::string> chosen_grids(const Scene& asked, const Scene& shown) {
+  std::vector<std::string> names;
+  for (const Parameter& p : parameters())
+    if (names_side_grid(p) && has_default(asked, p) && !has_default(shown, p))
+      names.push_back(p.name);
+  return names;
+}
+
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path) {
   Scene scene = sequence.scene;
   scene.input = path;
-  for (const std::string& grid : sequence.chosen_grids)
-    if (grid == scene.albedo_grid && albedo_grids(file, grid).empty())
-      scene.albedo_grid.clear();
-    else if (grid == scene.emission_grid && file.channels(grid) == 0)
-      scene.emission_grid.clear();
+  for (const std::string& option : sequence.chosen_grids)
+    if (albedo_grids(file, parameter_text(scene, option)).empty())
+      set_default(scene, *find_parameter(option));
   return scene;
 }
 

@@ -53,10 +53,14 @@ std::string luminance_text(const Scene& scene) {
 }
 
 std::string emission_text(const Scene& scene) {
-  if (scene.emission_grid.empty() || !scene.composites()) return "none";
-  const bool hot = scene.emission_color == EmissionColor::black_body;
-  return parameter_text(scene, "emission-scale") + " times " + in_quotes(scene.emission_grid) +
-         (hot ? ", a black body's" : "");
+  std::vector<std::string> grids;
+  for (const EmissionOptions& emission : emission_options) {
+    if ((scene.*emission.grid).empty() || !scene.composites()) continue;
+    const bool hot = scene.*emission.color == EmissionColor::black_body;
+    grids.push_back(number_text(scene.*emission.scale) + " times " +
+                    in_quotes(scene.*emission.grid) + (hot ? ", a black body's" : ""));
+  }
+  return grids.empty() ? "none" : joined(grids, " and ");
 }
 
 std::string head(const StudyResults& r) {

@@ -20,9 +20,9 @@ bool same_camera(const Scene& a, const Scene& b) {
 
 /// The scene without names of grids, values and places, which belong to its file.
 Scene for_another_file(Scene scene) {
-  for (std::string Scene::*grid :
-       {&Scene::grid, &Scene::luminance_grid, &Scene::temperature_grid, &Scene::emission_grid})
-    (scene.*grid).clear();
+  scene.grid.clear();
+  for (const Parameter& p : parameters())
+    if (names_side_grid(p)) set_default(scene, p);
   for (std::optional<glm::dvec3> Scene::*place : {&Scene::camera_position, &Scene::camera_target})
     (scene.*place).reset();
   scene.ortho_width.reset();

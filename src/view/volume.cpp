@@ -71,8 +71,7 @@ OpenedScene choose_look(Volume& volume, const VdbFile& file) {
   volume.chosen->fields = {};
   Scene& scene = volume.chosen->scene;
   keep_lights(volume, scene, opened);
-  if (volume.asked.emission_grid.empty() && !scene.emission_grid.empty())
-    volume.chosen_grids.push_back(scene.emission_grid);
+  volume.chosen_grids = chosen_grids(volume.asked, scene);
   return opened;
 }
 
@@ -256,8 +255,7 @@ void LookChoice::hold(const Volume& volume, Scene& scene) {
   for (const Parameter& p : parameters()) {
     const bool part = p.group == ParameterGroup::look || p.group == ParameterGroup::light;
     // grids of a look may be missing in one frame and come again
-    if (!part || p.name == "look" || p.name == "emission-grid" ||
-        has_same(scene, volume.resolved, p))
+    if (!part || p.name == "look" || names_side_grid(p) || has_same(scene, volume.resolved, p))
       continue;
     copy_parameter(volume.resolved, scene, p);
     copy_parameter(volume.resolved, set_scene_, p);
