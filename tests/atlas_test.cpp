@@ -14,6 +14,7 @@
 #include "field_voxels.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
+#include "thrown.h"
 #include "verify/made_fields.h"
 
 namespace psivox {
@@ -44,18 +45,6 @@ void expect_same(const AtlasSize& a, const AtlasSize& b) {
   EXPECT_EQ(a.page_bytes, b.page_bytes);
   EXPECT_EQ(a.constant_bytes, b.constant_bytes);
   EXPECT_EQ(a.texel_bytes, b.texel_bytes);
-}
-
-/// The message of the error that `action` throws; checks its code.
-template <typename Action>
-std::string error_of(ExitCode code, Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code);
-    return error.what();
-  }
-  return "no error";
 }
 
 Field tiles_only(std::vector<Tile> tiles) {

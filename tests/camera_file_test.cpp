@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <sstream>
@@ -16,6 +15,8 @@
 
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "scratch.h"
+#include "thrown.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 
@@ -23,18 +24,11 @@ namespace psivox {
 namespace {
 
 std::string written(const std::string& name, const std::string& text) {
-  const std::string path = (std::filesystem::path(testing::TempDir()) / name).string();
-  std::ofstream(path, std::ios::binary) << text;
-  return path;
+  return test::write_bytes(name, text).string();
 }
 
 std::string refusal(const std::string& path) {
-  try {
-    read_camera(path, false);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "";
+  return input_error([&] { read_camera(path, false); });
 }
 
 /// A rig that is moved, turned by 90 degrees about Y, and scaled; below it a camera and another.
@@ -86,8 +80,8 @@ TEST(GltfCamera, OfABinaryFileIsRead) {
   append(static_cast<std::uint32_t>(text.size()));
   bytes += "JSON" + text;
   expect_near(read_camera(written("rig.glb", bytes), false).position, {11, 2, 3}, 1e-12);
-  EXPECT_NE(refusal(written("cut.glb", bytes.substr(0, 60))), "");
-  EXPECT_NE(refusal(written("short.glb", "glTF")), "");
+  EXPECT_NE(refusal(written("cut.glb", bytes.substr(0, 60))), "no error");
+  EXPECT_NE(refusal(written("short.glb", "glTF")), "no error");
 }
 
 TEST(GltfCamera, BadFilesAreRefusedInOneLine) {
@@ -250,7 +244,7 @@ TEST(CameraFile, WhatIsWrittenIsReadAgain) {
         scene.azimuth = 40;
         scene.elevation = -25;
         const View view = view_of(scene, field);
-        const std::string path = (std::filesystem::path(testing::TempDir()) / name).string();
+        const std::string path = (test::scratch_dir() / name).string();
         write_camera(path, view.camera, up == UpAxis::z);
         Scene again = small_scene(32);
         set_camera(again, read_camera(path, up == UpAxis::z));

@@ -1,5 +1,5 @@
-# Sourced by tests of one of the program's commands, with the program as first argument and the
-# command's name in `tested`. Works in a folder of its own, and skips (exit 77) without an EGL device.
+# Sourced by tests of the program, with the program as first argument and the command that is tested,
+# or nothing, in `tested`. Works in a folder of its own, and skips (exit 77) without an EGL device.
 set -u
 program=$1
 work=$(mktemp -d)
@@ -18,8 +18,8 @@ fail() {
 run() {
   local expected=$1 text=$2 code
   shift 2
-  "$program" "$tested" "$@" >printed.txt 2>&1 </dev/null
+  "$program" $tested "$@" >"$work/printed.txt" 2>&1 </dev/null
   code=$?
-  [ $code -eq "$expected" ] && [[ $(<printed.txt) == *"$text"* ]] ||
-    fail "$tested $*: exit $code, expected $expected with \"$text\"; printed: $(tail -n 3 printed.txt)"
+  [ $code -eq "$expected" ] && [[ $(<"$work/printed.txt") == *"$text"* ]] ||
+    fail "$tested $*: exit $code, expected $expected with \"$text\"; printed: $(tail -n 3 "$work/printed.txt")"
 }

@@ -1,31 +1,13 @@
 #!/usr/bin/env bash
 # Tests the program as its users call it: cli_test.sh PSIVOX ASSETS. Each line gives the exit code,
 # a part of the output (or -), and the arguments. Without an EGL device it skips (exit 77).
-set -u
-program=$1 assets=$2
-work=$(mktemp -d)
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
-[ -x "$program" ] || { echo "no program $program"; exit 1; }
-if ! "$program" render --list-devices | grep -q "4\.[5-9]"; then
-  echo "no EGL device: skipped"
-  exit 77
-fi
+tested= assets=$2
+. "$(dirname "$0")/cli_setup.sh"
 
-failed=0
-passed=0
+# t CODE TEXT ARGUMENTS...
 t() {
-  local expected=$1 part=$2 output code
-  shift 2
-  output=$("$program" "$@" 2>&1 </dev/null)
-  code=$?
-  if [ $code -ne "$expected" ] || { [ "$part" != - ] && ! grep -qF -- "$part" <<<"$output"; }; then
-    printf 'FAILED: psivox %s\n  exit %s, expected %s with "%s"; printed: %s\n' "$*" $code "$expected" \
-      "$part" "$(tail -n 2 <<<"$output")"
-    failed=$((failed + 1))
-  else
-    passed=$((passed + 1))
-  fi
+  [ "$2" = - ] && set -- "$1" "" "${@:3}"
+  run "$@"
 }
 S=$assets/blobs.vdb
 R="--resolution 32x32 -q --look plain"
@@ -46,7 +28,7 @@ t 0 "-l integrator" study --help=fish
 t 2 "expected one of man, bash, zsh, fish" --help=html
 completed=$(. <("$program" --help=bash) && COMP_WORDS=(psivox render --mode = mi) COMP_CWORD=4 &&
   _psivox && echo "${COMPREPLY[*]}")
-[ "$completed" = mip ] || { echo "FAILED: bash completes 'mi' to '$completed'"; failed=$((failed + 1)); }
+[ "$completed" = mip ] || fail "bash completes 'mi' to '$completed'"
 # --help is short and ends with examples; --help-all has every option.
 t 0 "psivox render --help-all prints all" render --help
 t 0 "--end-corrections" render --help-all
@@ -56,10 +38,10 @@ for command in render view info compare study verify; do
   lines=$("$program" help $command | tee help.txt | wc -l)
   { [ "$lines" -le 60 ] && tail -n 1 help.txt | grep -q "^  psivox $command" &&
     [ "$(grep -c '^  psivox' help.txt)" -eq 3 ]; } ||
-    { echo "FAILED: help $command has $lines lines, and ends in: $(tail -n 1 help.txt)"; failed=$((failed + 1)); }
+    fail "help $command has $lines lines, and ends in: $(tail -n 1 help.txt)"
 done
 [ "$("$program" help render | grep -c '^  -')" -eq 15 ] ||
-  { echo "FAILED: help render lists other than 15 options"; failed=$((failed + 1)); }
+  fail "help render lists other than 15 options"
 # Thumbnails, also under a name without an extension.
 t 0 - render "$S" -o thumbnail --thumbnail 48
 t 0 rms compare thumbnail thumbnail
@@ -71,7 +53,7 @@ limited=$(ulimit -f 1 && "$program" render "$S" -o a.exr -q --look plain --resol
 code=$?
 { [ $code -eq 5 ] && grep -qF "cannot write 'a.exr'" <<<"$limited" && cmp -s a.exr old.exr &&
   ! compgen -G '.psivox*' >/dev/null; } ||
-  { echo "FAILED: limited size: exit $code: $limited"; failed=$((failed + 1)); }
+  fail "limited size: exit $code: $limited"
 # A look that takes percentiles draws a grid of one value, too.
 t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
 t 0 "isovalue 0.504, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
@@ -82,12 +64,12 @@ edge=$assets/../../shared/data/edge
 if [ -d "$edge" ]; then
   t 0 "nothing here can be rendered" info "$edge/empty.vdb"
   [ "$("$program" info "$edge/empty.vdb" | grep -cF "$edge/empty.vdb")" = 1 ] ||
-    { echo "FAILED: info names an empty file twice"; failed=$((failed + 1)); }
+    fail "info names an empty file twice"
   for odd in points background_one sphere_colour; do
     t 0 - render "$edge/$odd.vdb" -o odd.png --resolution 32x32 -q
     t 0 "auto:" info "$edge/$odd.vdb"
     ! "$program" info "$edge/$odd.vdb" | grep -qF "not usable" ||
-      { echo "FAILED: info refuses $odd"; failed=$((failed + 1)); }
+      fail "info refuses $odd"
   done
   t 3 "--background-value 0" render "$edge/background_one.vdb" -o odd.png --strict
 fi
@@ -145,7 +127,7 @@ for output in -:png exr:-:exr jpg:-:jpg; do  # pipes
   "$program" render "$S" -o "${output%:*}" $R | cat >piped."${output##*:}"
   "$program" render "$S" -o whole."${output##*:}" $R
   cmp -s piped."${output##*:}" whole."${output##*:}" ||
-    { echo "FAILED: -o ${output%:*} differs from a file"; failed=$((failed + 1)); }
+    fail "-o ${output%:*} differs from a file"
 done
 t 2 "for itself" render "$S" -o - --stats - $R
 t 2 "for itself" render "$S" -o - --print-scene $R
@@ -169,7 +151,7 @@ t 2 "is the input 'volume.exr'" render volume.exr --export-camera volume.exr $R
 t 2 "is the input 'volume.exr'" render volume.exr -o link.exr --turntable 1 $R
 t 2 "is also the file of -o" render "$S" -o b.exr --stats ./b.exr $R
 t 2 "is the input 'a.exr'" compare a.exr a.exr --diff a.exr
-cmp -s "$S" volume.exr || { echo "FAILED: an input was replaced"; failed=$((failed + 1)); }
+cmp -s "$S" volume.exr || fail "an input was replaced"
 t 0 - render --scene a.exr -o a.exr -q  # a picture may be drawn again in its place
 t 0 - render "$S" -o a.exr --stats /dev/null $R
 # 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
@@ -199,7 +181,7 @@ for picture in a.jpg a.hdr a.webp; do
   # curve's slope of 2.3 at most; WebP and RGBE are finer.
   t 0 rms compare $picture b.exr --max-rms 0.03
   ! "$program" render "$S" -o $picture --background 0.2,0.3,0.4 --resolution 32x32 2>&1 |
-    grep -q alpha || { echo "FAILED: $picture: a loss of alpha is said of an opaque picture"; failed=$((failed + 1)); }
+    grep -q alpha || fail "$picture: a loss of alpha is said of an opaque picture"
 done
 for picture in a.hdr a.webp; do t 3 "no psivox:scene" render --scene $picture -o a.exr -q; done
 t 5 "at most 16383 pixels" render "$S" -o a.webp --resolution 16384x1
@@ -210,8 +192,8 @@ t 0 - render "$S" -o a.exr --aov error,transmittance --renderer reference $R
 t 0 - render "$S" -o a.exr --aov depth,transmittance,steps,samples $R
 # A picture's scene has its layers, and finds its inputs from anywhere, also when all are moved.
 channels() { "$program" render --scene "$1" -o layers.exr -q "${@:2}" && sed s,holdout-depth,,g layers.exr | grep -aoE 'transmittance|depth' | sort -u | tr '\n' ' '; }
-[ "$(channels a.exr)" = "depth transmittance " ] || { echo "FAILED: layers are lost"; failed=$((failed + 1)); }
-[ "$(channels a.exr --aov none)" = "" ] || { echo "FAILED: --aov none keeps layers"; failed=$((failed + 1)); }
+[ "$(channels a.exr)" = "depth transmittance " ] || fail "layers are lost"
+[ "$(channels a.exr --aov none)" = "" ] || fail "--aov none keeps layers"
 t 0 - render --scene a.exr -o b.exr --renderer reference -q
 mkdir -p project/data project/pictures elsewhere
 cp "$S" project/data/v.vdb
@@ -258,7 +240,7 @@ t 0 '"tolerance": "none"' render --scene loose.exr --print-scene --step 1
 t 0 '"method": "cells cell-exact"' render "$S" -o tight.exr --tolerance 2e-6 --stats - --luminance-grid color $R
 # Exact cells have an error too, that of their arithmetic.
 stats=$("$program" render "$S" -o tight.exr --tolerance 2e-6 --aov error --stats - --luminance-grid color $R)
-grep -q '"layer_rms": [1-9]' <<<"$stats" || { echo "FAILED: the error of exact cells is 0"; failed=$((failed + 1)); }
+grep -q '"layer_rms": [1-9]' <<<"$stats" || fail "the error of exact cells is 0"
 t 0 "above --tolerance" render "$S" -o a.exr --tolerance 1e-12 --resolution 32x32
 t 0 "estimate  RMS" render "$S" -o a.exr --tolerance 1e-2 --check-error 200 $R
 t 0 "200 pixels" render "$S" -o a.exr --step 4 --check-error 200 --resolution 20x10 -q
@@ -334,7 +316,7 @@ t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout who
 # A deep picture, and what it is not for.
 t 0 '"deep_samples"' render "$S" -o deep.exr --aov deep --stats - $R
 t 0 - render --scene deep.exr -o b.exr -q
-cmp -s deep.exr b.exr || { echo "FAILED: a deep picture's scene draws another"; failed=$((failed + 1)); }
+cmp -s deep.exr b.exr || fail "a deep picture's scene draws another"
 t 0 "deep samples a pixel" render "$S" -o a.exr --aov deep --pixel-samples 4 -v --resolution 32x32
 t 3 "it is a deep image" compare deep.exr a.exr
 t 0 '"bound_max"' render "$S" -o a.exr --aov bound --light 0,-1,0.2 --stats - $R
@@ -445,8 +427,7 @@ t 2 "unknown option --samples; --pixel-samples does that here" render "$S" -o a.
 t 2 "unknown option --density; --extinction does that here" view "$S" --density 2
 t 2 "unknown option --width" compare a.exr b.exr --width 3
 if "$program" compare a.exr b.exr --width 3 2>&1 | grep -q resolution; then
-  echo "FAILED: compare names an option that it does not have"
-  failed=$((failed + 1))
+  fail "compare names an option that it does not have"
 fi
 t 3 "it has 'temperature' 'density' 'color'" render "$S" -o a.exr --grid tempreature
 t 0 "isovalue 0.5" render "$S" -o a.exr --mode isosurface --resolution 32x32
@@ -471,11 +452,11 @@ colorspaces:
 OCIO
 t 0 - render "$S" -o a.png $R
 OCIO=small.ocio t 0 - render "$S" -o b.png $R
-cmp -s a.png b.png || { echo "FAILED: OCIO alone changes a picture"; failed=$((failed + 1)); }
+cmp -s a.png b.png || fail "OCIO alone changes a picture"
 OCIO=small.ocio t 0 - render "$S" -o b.png --ocio-view Plain $R
-cmp -s a.png b.png && { echo "FAILED: --ocio-view changes nothing"; failed=$((failed + 1)); }
+cmp -s a.png b.png && fail "--ocio-view changes nothing"
 t 0 '"ocio-display": "Screen"' render --scene b.png -o c.png --print-scene -q
-cmp -s b.png c.png || { echo "FAILED: a view's metadata draw another"; failed=$((failed + 1)); }
+cmp -s b.png c.png || fail "a view's metadata draw another"
 t 0 - render "$S" -o a.exr --ocio none.ocio $R  # linear radiance has no view
 t 2 "give --ocio FILE" render "$S" -o a.png --ocio-view Plain $R
 t 3 "it has Plain" render "$S" -o a.png --ocio small.ocio --ocio-view Film $R
@@ -549,7 +530,7 @@ t 2 "several files are frames of a sequence: 2 frames need a place for their num
   render "$S" "$assets/slab.vdb" -o a.png
 for lit in "" "--mode isosurface" "--mode mip" "--temperature-grid temperature"; do
   ! "$program" render "$S" -o a.exr $r $lit 2>&1 | grep -q "the picture is" ||
-    { echo "FAILED: a picture with $lit is called blank"; failed=$((failed + 1)); }
+    fail "a picture with $lit is called blank"
 done
 t 6 "65536x65536 takes 64.0 GiB of memory, and" render nope.vdb -o a.exr --resolution 65536x65536
 t 2 - rendr
@@ -567,7 +548,7 @@ t 0 '"look": "fire"' info "$S" --json
 # What info says is what render draws.
 diff <("$program" render "$S" --print-scene -q | tr -d '\n ' | grep -oE '"(extinction|emission-scale)":[^,]*' | sort) \
   <("$program" info "$S" --json | tr -d '\n ' | grep -oE '"(extinction|emission-scale)":[^,]*' | sort) ||
-  { echo "FAILED: info and render choose different looks"; failed=$((failed + 1)); }
+  fail "info and render choose different looks"
 t 0 '"world_box"' info "$S" --json
 t 0 '"mean"' info "$S" --json
 t 0 '"up-axis": "y"' info "$S" --json
@@ -575,8 +556,7 @@ t 0 '"name"' info "$S" --json
 t 0 '"samples_per_ray"' render "$S" -o a.exr --stats - --resolution 32x32
 t 0 samples render "$S" -o a.exr -v --resolution 32x32
 if compgen -G '.psivox*' >/dev/null || [ -e a.bmp ]; then
-  echo "FAILED: a half-written file was left"
-  failed=$((failed + 1))
+  fail "a half-written file was left"
 fi
 
 # The window without a display, and options refused before a window opens.
@@ -589,8 +569,7 @@ t 2 "did you mean --watch?" view "$S" --wacht
 t 0 "--frame-budget" view --help-all
 t 2 "expected a number at least 0, not 'nan'" view "$S" --frame-budget nan
 if "$program" view --help-all | grep -q benchmark; then
-  echo "FAILED: --help lists hidden options"
-  failed=$((failed + 1))
+  fail "--help lists hidden options"
 fi
 
 # The program loads the module of OpenImageIO on demand. Without the module it prints one line.
@@ -603,16 +582,13 @@ LD_LIBRARY_PATH=alone t 0 '"input"' render --scene alone.png --print-scene
 LD_LIBRARY_PATH=alone t 5 "$missing" render "$S" -o alone.tif $R
 LD_LIBRARY_PATH=alone t 1 "$missing" compare a.exr a.exr
 LD_LIBRARY_PATH=alone t 1 "$missing" --version
-[ ! -e alone.tif ] || { echo "FAILED: alone.tif was written"; failed=$((failed + 1)); }
+[ ! -e alone.tif ] || fail "alone.tif was written"
 
 # EGL finds no driver.
 output=$(__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null "$program" render "$S" -o n.exr $R 2>&1)
 code=$?
 if [ $code -ne 4 ] || ! grep -q install <<<"$output"; then
-  echo "FAILED: without a driver: exit $code, $output"
-  failed=$((failed + 1))
-else
-  passed=$((passed + 1))
+  fail "without a driver: exit $code, $output"
 fi
 
 # Mesa with too old an OpenGL. Other drivers do not know the variable.
@@ -621,5 +597,4 @@ if [ -n "$renderer" ]; then
   MESA_GL_VERSION_OVERRIDE=3.3 t 4 "4.5 core is needed; $renderer" render "$S" -o n.exr $R
 fi
 
-echo "$passed passed, $failed failed"
 [ $failed -eq 0 ]

@@ -1,13 +1,10 @@
 // Bricks in codes that have the rows of their visible cells alone.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -16,6 +13,7 @@
 #include "light_cases.h"
 #include "march/atlas_march.h"
 #include "march_cases.h"
+#include "scratch.h"
 #include "verify/made_fields.h"
 
 namespace psivox {
@@ -193,10 +191,7 @@ TEST(CodeBoxes, ShowTheSameLight) {
 }
 
 std::string boxes_function(const std::string& name, const std::string& points) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("psivox_boxes_" + name + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << "{\"points\": [" << points << "]}";
-  return path.string();
+  return test::write_bytes(name + ".json", "{\"points\": [" + points + "]}").string();
 }
 
 /// Attenuates above a value alone; and everywhere but in a band, at 0 too.

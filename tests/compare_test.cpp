@@ -1,5 +1,6 @@
 // Differences of two pictures.
 #include "image_cases.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -64,7 +65,7 @@ TEST(CompareImages, KeepsSmallDifferencesOfLargeValues) {
 
 TEST(CompareImages, RefusesDifferentSizes) {
   const std::string text =
-      error_text(ExitCode::input, [] { compare_images(noise(4, 2), noise(2, 4)); });
+      error_of(ExitCode::input, [] { compare_images(noise(4, 2), noise(2, 4)); });
   EXPECT_NE(text.find("4x2"), std::string::npos);
   EXPECT_NE(text.find("2x4"), std::string::npos);
 }

@@ -16,7 +16,8 @@
 #include "psivox/draw.h"
 #include "psivox/open.h"
 #include "reference/ray_radiance.h"
-#include "usage_error.h"
+#include "scratch.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -163,9 +164,7 @@ TEST(DeepFit, AGlowWithoutOpacityGrowsLinearly) {
 
 class DeepPicture : public ::testing::Test {
  protected:
-  DeepPicture() { fs::create_directories(folder_); }
-  ~DeepPicture() override { fs::remove_all(folder_); }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  static std::string path(const std::string& name) { return (test::scratch_dir() / name).string(); }
 
   static Scene scene(double tolerance = 1e-3) {
     Scene result = blobs_scene();
@@ -207,8 +206,6 @@ class DeepPicture : public ::testing::Test {
         }
     return greatest;
   }
-
-  fs::path folder_ = fs::path(testing::TempDir()) / "deep";
 };
 
 /// The reference integrates each ray up to depths between those of the samples.

@@ -7,13 +7,11 @@
 #include <glm/vector_relational.hpp>
 
 #include "field/leaf_values.h"
+#include "thrown.h"
 #include "vdb_test_util.h"
 
 namespace psivox {
 namespace {
-
-using test::FieldSampler;
-using test::input_error;
 
 /// Value of channel c at voxel (x, y, z): 0 in parts, of one value in others, else all different.
 float dense_value(const glm::ivec3& v, int c) {
@@ -42,7 +40,7 @@ TEST(Dense, FieldsHaveTheirArraysValues) {
       const Field field = file.read("density", {.role = GridRole::data});
       EXPECT_EQ(field.tiles.empty(), false);
       EXPECT_EQ(field.active_box, (Box{{0, 0, 0}, shape - 1}));
-      const FieldSampler sampler(field);
+      const FieldVoxels sampler(field);
       std::uint64_t active = 0;
       for (glm::ivec3 v(0); v.x < shape.x; ++v.x)
         for (v.y = 0; v.y < shape.y; ++v.y)

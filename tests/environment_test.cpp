@@ -4,10 +4,8 @@
 #include "scene/environment.h"
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
 #include <functional>
 #include <glm/ext/scalar_constants.hpp>
 #include <glm/geometric.hpp>
@@ -16,6 +14,8 @@
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/picture_file.h"
+#include "scratch.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -44,8 +44,7 @@ std::string map_file(const std::string& name, const glm::ivec2& size, const Radi
   Image image{size.x, size.y, {{"", {"R", "G", "B", "A"}, {}}}, {}};
   for (const glm::vec3& L : pixels(size, radiance))
     image.layers.front().values.insert(image.layers.front().values.end(), {L.x, L.y, L.z, 1});
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("psivox_environment_" + std::to_string(::getpid()) + name + ".exr");
+  const auto path = test::scratch_dir() / (name + ".exr");
   write_image(image, path);
   return path.string();
 }
@@ -56,7 +55,7 @@ Field small_blobs() {
                     [](glm::ivec3 v) { return blobs_at(2.0 * glm::dvec3(v)); });
 }
 
-Scene small_scene() {
+Scene environment_scene() {
   Scene scene;
   scene.resolution = {48, 36};
   scene.extinction = 0.3;
@@ -121,7 +120,7 @@ Image drawn(const Scene& scene, const Field& density) {
 }
 
 TEST_F(EnvironmentTest, AConstantMapIsASky) {
-  Scene scene = small_scene();
+  Scene scene = environment_scene();
   scene.albedo = {0.5, 0.9, 0.7};
   scene.tolerance = 1e-3;
   Scene with_sky = scene;
@@ -136,7 +135,7 @@ TEST_F(EnvironmentTest, AConstantMapIsASky) {
 
 TEST_F(EnvironmentTest, ASunIsALight) {
   // all light in one pixel, which is divided into 8 x 8 cells
-  Scene scene = small_scene();
+  Scene scene = environment_scene();
   scene.light_quality = LightQuality::exact;
   scene.sampling = Sampling::cells;
   Scene with_light = scene;
@@ -161,7 +160,7 @@ TEST_F(EnvironmentTest, AToleranceHoldsAgainstTheReference) {
     Scene scene;
     std::vector<std::shared_ptr<const Field>> albedo{};
   };
-  Scene scene = small_scene();
+  Scene scene = environment_scene();
   scene.environment = map_file("weather", {64, 32}, weather);
   const auto noisy = [](int x, int y) {
     return 4.0f * glm::vec3(noise({x, y, 0}), noise({x, y, 1}), noise({x, y, 2}));
@@ -206,7 +205,7 @@ TEST_F(EnvironmentTest, AToleranceHoldsAgainstTheReference) {
 }
 
 TEST_F(EnvironmentTest, StandsBehindTheVolumeIfAsked) {
-  Scene scene = small_scene();
+  Scene scene = environment_scene();
   scene.environment = map_file("behind", {64, 32}, weather);
   scene.background = Background{};
   scene.background->environment = true;
@@ -226,15 +225,9 @@ TEST_F(EnvironmentTest, StandsBehindTheVolumeIfAsked) {
 
 TEST_F(EnvironmentTest, BadMapsAreRefused) {
   const auto why = [](const std::string& file) -> std::string {
-    Scene scene = small_scene();
+    Scene scene = environment_scene();
     scene.environment = file;
-    try {
-      drawn(scene, small_blobs());
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::input);
-      return error.what();
-    }
-    return "no error";
+    return input_error([&] { drawn(scene, small_blobs()); });
   };
   const auto says = [&](const std::string& file, const char* words) {
     EXPECT_NE(why(file).find(words), std::string::npos) << why(file);

@@ -22,7 +22,7 @@ View with_tolerance(View view, double tolerance) {
 }
 
 /// A made field: noise is rough, soft spheres are smooth.
-View blobs(bool own_luminance, glm::ivec2 resolution = {96, 96}) {
+View blobs_view(bool own_luminance, glm::ivec2 resolution = {96, 96}) {
   Scene scene;
   scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
   scene.extinction = 4;
@@ -45,7 +45,7 @@ Comparison achieved(const MarchPlan& plan, const MediumAtlas& atlas) {
 TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
   for (const bool own_luminance : {false, true})
     for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
-      const View view = with_tolerance(blobs(own_luminance), tolerance);
+      const View view = with_tolerance(blobs_view(own_luminance), tolerance);
       const MediumAtlas atlas = build_medium_atlas(view);
       const MarchPlan plan = plan_march(view, atlas);
       EXPECT_TRUE(plan.reached);
@@ -61,7 +61,7 @@ TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
 }
 
 TEST(PlanMarch, TheSameViewHasTheSamePlan) {
-  const View view = with_tolerance(blobs(true), 1e-3);
+  const View view = with_tolerance(blobs_view(true), 1e-3);
   const MediumAtlas atlas = build_medium_atlas(view);
   const MarchPlan a = plan_march(view, atlas), b = plan_march(view, atlas);
   EXPECT_EQ(method_text(a.chosen.method), method_text(b.chosen.method));
@@ -72,7 +72,7 @@ TEST(PlanMarch, TheSameViewHasTheSamePlan) {
 TEST(PlanMarch, ThePilotIsASmallPartOfThePicture) {
   for (const bool own_luminance : {false, true})
     for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
-      const View view = with_tolerance(blobs(own_luminance, {512, 512}), tolerance);
+      const View view = with_tolerance(blobs_view(own_luminance, {512, 512}), tolerance);
       const MarchPlan plan = plan_march(view, build_medium_atlas(view));
       // the method that is chosen has passed on every ray
       EXPECT_TRUE(plan.chosen.accepted);
@@ -89,7 +89,7 @@ TEST(PlanMarch, ThePilotIsASmallPartOfThePicture) {
 TEST(PlanMarch, TighterTolerancesTakeMoreLookUps) {
   double before = 0;
   for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4}) {
-    const View view = with_tolerance(blobs(false), tolerance);
+    const View view = with_tolerance(blobs_view(false), tolerance);
     const MarchPlan plan = plan_march(view, build_medium_atlas(view));
     EXPECT_GE(plan.chosen.cost, before) << tolerance;
     before = plan.chosen.cost;
@@ -97,7 +97,7 @@ TEST(PlanMarch, TighterTolerancesTakeMoreLookUps) {
 }
 
 TEST(PlanMarch, WhatCannotBeReachedIsMarchedExactly) {
-  const View view = with_tolerance(blobs(false), 1e-12);
+  const View view = with_tolerance(blobs_view(false), 1e-12);
   const MarchPlan plan = plan_march(view, build_medium_atlas(view));
   EXPECT_FALSE(plan.reached);
   EXPECT_EQ(plan.march->view.scene.sampling, Sampling::cells);
@@ -183,7 +183,7 @@ TEST(PlanMarch, FlamesHaveLattices) {
 
 TEST(PlanMarch, AnImpatientCallerEndsItWithinATrial) {
   struct Enough {};
-  const View view = with_tolerance(blobs(true), 1e-4);
+  const View view = with_tolerance(blobs_view(true), 1e-4);
   const MediumAtlas atlas = build_medium_atlas(view);
   int calls = 0;
   const MarchPlan plan = plan_march(view, atlas, [&](double) { ++calls; });
@@ -198,7 +198,7 @@ TEST(PlanMarch, AnImpatientCallerEndsItWithinATrial) {
 }
 
 TEST(PlanWithin, MoreTimeLessError) {
-  const View view = blobs(true);
+  const View view = blobs_view(true);
   const MediumAtlas atlas = build_medium_atlas(view);
   double before = 1e30;
   for (const double budget : {0.5, 1.0, 4.0, 1000.0}) {
@@ -211,7 +211,7 @@ TEST(PlanWithin, MoreTimeLessError) {
 }
 
 TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {
-  const View view = with_tolerance(blobs(true), 1e-3);
+  const View view = with_tolerance(blobs_view(true), 1e-3);
   MarchPlan plan = plan_march(view, build_medium_atlas(view));
   Image drawn = plan.march->truth;
   EXPECT_EQ(pilot_view(plan.march->view).scene.resolution, glm::ivec2(drawn.width, drawn.height));
@@ -225,7 +225,7 @@ TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {
 }
 
 TEST(ErrorLayer, ItsRmsIsThePictures) {
-  const View view = with_tolerance(blobs(true, {40, 30}), 1e-2);
+  const View view = with_tolerance(blobs_view(true, {40, 30}), 1e-2);
   const MediumAtlas atlas = build_medium_atlas(view);
   const Image coarse = planned(plan_march(view, atlas), atlas);
   const Image exact = render_march_double(exact_view(view), atlas).image;
@@ -240,7 +240,7 @@ TEST(ErrorLayer, ItsRmsIsThePictures) {
 
 TEST(ErrorLayer, ExactPicturesHaveTheErrorThatACheckFinds) {
   // pixels are stored as float32, so that a luminance of some hundred leaves an error in double too
-  Scene scene = blobs(true).scene;
+  Scene scene = blobs_view(true).scene;
   scene.luminance_grid = "temperature";
   scene.integrator = Integrator::cell_exact;
   Session session(scene);
@@ -257,7 +257,7 @@ TEST(ErrorLayer, ExactPicturesHaveTheErrorThatACheckFinds) {
 }
 
 TEST(CheckError, EveryPixelGivesThePicturesError) {
-  View view = blobs(true, {24, 18});
+  View view = blobs_view(true, {24, 18});
   view.scene.step = 2;
   view.scene.sampling = Sampling::uniform;
   view.scene.integrator = Integrator::psi_balanced;

@@ -1,9 +1,11 @@
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cstddef>
+#include <glm/common.hpp>
 #include <glm/vec3.hpp>
-#include <set>
-#include <tuple>
+#include <map>
 #include <unordered_map>
 #include <vector>
 
@@ -12,28 +14,42 @@
 
 namespace psivox {
 
-/// A field's values voxel by voxel, by a hash map of leaves and a search of tiles. Atlases are
-/// compared with it; it shares no code with them.
+/// A field's values as field.h documents them: a map's look-up for each voxel. It shares no code
+/// with the program, and checks that no leaf or tile comes twice.
 class FieldVoxels {
  public:
-  explicit FieldVoxels(const Field& field) : field_(field) {
-    for (const Leaf& leaf : field.leaves) leaves_[key(leaf.origin >> 3)] = leaf.values;
+  explicit FieldVoxels(const Field& field) : channels_(field.channels) {
+    for (const Leaf& leaf : field.leaves)
+      EXPECT_TRUE(leaves_.emplace(leaf.origin, leaf.values).second) << "leaf twice";
+    for (const Tile& tile : field.tiles) {
+      EXPECT_NE(tile.value, glm::vec3(0));
+      EXPECT_TRUE(tiles_[tile.width].emplace(tile.origin, tile.value).second) << "tile twice";
+    }
   }
 
+  /// One channel in x, or three.
   glm::vec3 operator()(const glm::ivec3& voxel) const {
-    if (const auto leaf = leaves_.find(key(voxel >> 3)); leaf != leaves_.end()) {
+    if (const auto leaf = leaves_.find(voxel & ~7); leaf != leaves_.end()) {
       const glm::ivec3 d = voxel & 7;
-      const float* v = leaf->second + ((d.x * 8 + d.y) * 8 + d.z) * field_.channels;
-      return field_.channels == 3 ? glm::vec3(v[0], v[1], v[2]) : glm::vec3(v[0], 0, 0);
+      const float* v = leaf->second + ((d.x * 8 + d.y) * 8 + d.z) * channels_;
+      return channels_ == 3 ? glm::vec3(v[0], v[1], v[2]) : glm::vec3(v[0], 0, 0);
     }
-    for (const Tile& tile : field_.tiles) {
-      const glm::ivec3 d = voxel - tile.origin;
-      if (d.x < 0 || d.y < 0 || d.z < 0 || d.x >= tile.width || d.y >= tile.width ||
-          d.z >= tile.width)
-        continue;
-      return field_.channels == 3 ? tile.value : glm::vec3(tile.value.x, 0, 0);
-    }
+    for (const auto& [width, tiles] : tiles_)
+      if (const auto tile = tiles.find(voxel & ~(width - 1)); tile != tiles.end())
+        return channels_ == 3 ? tile->second : glm::vec3(tile->second.x, 0, 0);
     return glm::vec3(0);
+  }
+  double voxel(const glm::ivec3& at, int channel) const { return double((*this)(at)[channel]); }
+
+  double trilinear(const glm::dvec3& at, int channel) const {
+    const glm::dvec3 cell = glm::floor(at), f = at - cell;
+    double value = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const glm::ivec3 d(corner & 1, corner >> 1 & 1, corner >> 2);
+      const glm::dvec3 w = glm::mix(1.0 - f, f, glm::dvec3(d));
+      value += w.x * w.y * w.z * voxel(glm::ivec3(cell) + d, channel);
+    }
+    return value;
   }
 
   /// Whether the 9^3 values of a brick are all 0, all equal, or neither.
@@ -47,13 +63,17 @@ class FieldVoxels {
   }
 
  private:
-  static std::size_t key(const glm::ivec3& block) {
-    const auto part = [](int v) { return static_cast<std::size_t>(v + (1 << 20)); };
-    return (part(block.x) << 42) | (part(block.y) << 21) | part(block.z);
-  }
+  struct Hash {
+    std::size_t operator()(const glm::ivec3& v) const {
+      const glm::uvec3 u(v);
+      return std::size_t(u.x) * 73856093 ^ std::size_t(u.y) * 19349663 ^
+             std::size_t(u.z) * 83492791;
+    }
+  };
 
-  const Field& field_;
-  std::unordered_map<std::size_t, const float*> leaves_;
+  int channels_;
+  std::unordered_map<glm::ivec3, const float*, Hash> leaves_;
+  std::map<int, std::unordered_map<glm::ivec3, glm::vec3, Hash>> tiles_;  ///< by their width
 };
 
 /// The entry of a page table that covers a voxel, and the box of voxels that it represents. Written

@@ -1,5 +1,5 @@
-// No include guard: the march in float32 as PSIVOX_FLOAT_MARCH, compiled with this
-// file's options.
+// No include guard: the march in float32 as PSIVOX_FLOAT_MARCH, compiled with the including file's
+// options. PSIVOX_IN_ONE_FUNCTION may be an attribute.
 #include <tbb/parallel_for.h>
 
 #include <cmath>
@@ -70,8 +70,8 @@ void make_ray(AtlasMarch& march, const AtlasMarch::Pixel& pixel, FloatRay& out) 
   std::memcpy(out.ray.data(), &ray, sizeof ray);
 }
 
-// In one function, as GPUs compile it: else calls would keep products from sums.
-[[gnu::flatten]] void march_ray(AtlasMarch& march, const AtlasMarch::Pixel& pixel, FloatRay& out) {
+PSIVOX_IN_ONE_FUNCTION void march_ray(AtlasMarch& march, const AtlasMarch::Pixel& pixel,
+                                      FloatRay& out) {
   AtlasMarch::Ray ray;
   std::memcpy(&ray, out.ray.data(), sizeof ray);
   AtlasMarch::March m = march.begin_march(ray);

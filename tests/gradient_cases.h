@@ -2,8 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <filesystem>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <memory>
 #include <random>
@@ -11,6 +9,7 @@
 
 #include "psivox/medium.h"
 #include "scene/transfer_function.h"
+#include "scratch.h"
 #include "verify/made_fields.h"
 
 // Shared by the tests of functions of value and gradient.
@@ -19,11 +18,7 @@ namespace psivox {
 
 /// A view of a field through a function, which is read from a file as in the program.
 inline View view_by(Scene scene, const TransferFunction& function, Field density) {
-  const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-  const auto path = std::filesystem::path(testing::TempDir()) /
-                    (std::string("psivox_") + test->test_suite_name() + test->name() + ".json");
-  std::ofstream(path) << to_json(function);
-  scene.transfer_function = path.string();
+  scene.transfer_function = test::write_bytes("function.json", to_json(function)).string();
   return make_view(scene, std::make_shared<const Field>(std::move(density)), nullptr);
 }
 

@@ -16,25 +16,12 @@
 #include "psivox/error.h"
 #include "reference_cases.h"
 #include "scene/transfer_function.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-
-/// The message of the error that `action` throws, if it has that code; otherwise what went wrong.
-template <typename Action>
-std::string error_of(ExitCode code, Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code);
-    const std::string message = error.what();
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message;
-  }
-  return "no error";
-}
 
 // --- functions -----------------------------------------------------------------------------------
 

@@ -2,7 +2,6 @@
 // that --clip-plane gives.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
 #include <filesystem>
@@ -18,6 +17,8 @@
 #include "psivox/image.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
+#include "scratch.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -31,12 +32,6 @@ const Plane cut{{0.3, -0.2, 0.9}, glm::dvec3(0.1, 0.2, 0.05)};
 
 class HoldoutTest : public ::testing::Test {
  protected:
-  HoldoutTest() {
-    std::string name = (fs::temp_directory_path() / "psivox-holdout-XXXXXX").string();
-    folder_ = mkdtemp(name.data());
-  }
-  ~HoldoutTest() override { fs::remove_all(folder_); }
-
   /// Writes depths, by pixels, into a layer of an EXR of the scene's size and returns its name.
   std::string written(const Scene& scene, const std::string& channel,
                       const std::function<double(int x, int y)>& depth) const {
@@ -72,17 +67,11 @@ class HoldoutTest : public ::testing::Test {
 
   static Image drawn(const Scene& scene) { return Session(scene).draw(*open_marcher(scene)).image; }
 
-  static std::string error_of(const Scene& scene) {
-    try {
-      drawn(scene);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::input);
-      return error.what();
-    }
-    return "no error";
+  static std::string refusal(const Scene& scene) {
+    return input_error([&] { drawn(scene); });
   }
 
-  fs::path folder_;
+  fs::path folder_ = test::empty_scratch_dir();
 };
 
 TEST_F(HoldoutTest, APlanesDepthsGiveThePictureOfAClipPlane) {
@@ -171,18 +160,18 @@ TEST_F(HoldoutTest, ItsLayerIsFoundByTheNamesOfRenderers) {
     EXPECT_GT(compare_images(whole, drawn(scene)).max, 0.1) << name;
   }
   scene.holdout = written(scene, "object", [](int, int) { return 1e-3; });
-  EXPECT_NE(error_of(scene).find("no channel is called Z or depth"), std::string::npos);
+  EXPECT_NE(refusal(scene).find("no channel is called Z or depth"), std::string::npos);
   scene.holdout += ":object";
   EXPECT_GT(compare_images(whole, drawn(scene)).max, 0.1);
   scene.holdout += "s";
-  EXPECT_NE(error_of(scene).find("no layer 'objects'"), std::string::npos) << error_of(scene);
+  EXPECT_NE(refusal(scene).find("no layer 'objects'"), std::string::npos) << refusal(scene);
 }
 
 TEST_F(HoldoutTest, AnotherSizeIsAnErrorThatNamesBoth) {
   Scene scene = framed();
   scene.holdout = written(scene, "Z", [](int, int) { return 1; });
   scene.resolution = {32, 48};
-  const std::string error = error_of(scene);
+  const std::string error = refusal(scene);
   EXPECT_NE(error.find("64x48"), std::string::npos) << error;
   EXPECT_NE(error.find("32x48"), std::string::npos) << error;
 }

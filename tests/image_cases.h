@@ -16,9 +16,7 @@
 #include <csignal>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <functional>
-#include <iterator>
 #include <limits>
 #include <random>
 #include <sstream>
@@ -27,6 +25,7 @@
 #include "colour/colour.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
+#include "scratch.h"
 
 namespace psivox {
 
@@ -34,15 +33,6 @@ namespace fs = std::filesystem;
 
 inline constexpr float inf = std::numeric_limits<float>::infinity();
 inline constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-
-inline std::string contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
-inline void put_contents(const fs::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary) << bytes;
-}
 
 inline Image picture(int width, int height, std::vector<float> rgba) {
   return {width, height, {{"", {"R", "G", "B", "A"}, std::move(rgba)}}, {}};
@@ -93,23 +83,9 @@ inline std::vector<std::uint32_t> bits(const std::vector<float>& values) {
   return result;
 }
 
-/// Runs `call`, which must throw an Error with this code and one line of text; returns the text.
-inline std::string error_text(ExitCode code, const std::function<void()>& call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    const std::string text = error.what();
-    EXPECT_EQ(static_cast<int>(error.code()), static_cast<int>(code)) << text;
-    EXPECT_EQ(text.find_first_of("\r\n"), std::string::npos) << text;
-    return text;
-  }
-  ADD_FAILURE() << "no Error was thrown";
-  return "";
-}
-
 /// The attributes of an EXR header, read without OpenImageIO: it renames some and adds others.
 inline std::map<std::string, std::string> exr_header(const fs::path& path) {
-  const std::string bytes = contents(path);
+  const std::string bytes = test::file_bytes(path);
   std::map<std::string, std::string> attributes;
   std::size_t at = 8;
   while (at < bytes.size() && bytes[at] != 0) {
@@ -175,13 +151,6 @@ inline std::string long_json() {
 
 class ImageTest : public ::testing::Test {
  protected:
-  void SetUp() override {
-    std::string name = (fs::temp_directory_path() / "psivox-image-XXXXXX").string();
-    ASSERT_NE(mkdtemp(name.data()), nullptr);
-    directory_ = name;
-  }
-  void TearDown() override { fs::remove_all(directory_); }
-
   fs::path file(const std::string& name) const { return directory_ / name; }
 
   std::vector<std::string> files() const {
@@ -193,7 +162,7 @@ class ImageTest : public ::testing::Test {
     return names;
   }
 
-  fs::path directory_;
+  fs::path directory_ = test::empty_scratch_dir();
 };
 
 using Names = std::vector<std::string>;

@@ -1,5 +1,7 @@
 // Damaged files, targets that cannot be written, and the files left behind.
 #include "image_cases.h"
+#include "scratch.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -7,17 +9,17 @@ namespace {
 TEST_F(ImageTest, ReadingNamesTheFileAndTheReason) {
   const auto read_text = [&](const std::string& name) {
     const fs::path path = name.empty() ? directory_ : file(name);
-    const std::string text = error_text(ExitCode::input, [&] { read_image(path); });
+    const std::string text = error_of(ExitCode::input, [&] { read_image(path); });
     EXPECT_NE(text.find("cannot read '" + path.string() + "': "), std::string::npos) << text;
     return text;
   };
   EXPECT_NE(read_text("absent.exr").find("no such file"), std::string::npos);
   EXPECT_NE(read_text("").find("directory"), std::string::npos);
-  put_contents(file("empty.exr"), "");
+  test::write_bytes("empty.exr", "");
   EXPECT_NE(read_text("empty.exr").find("no EXR, PNG, TIFF"), std::string::npos);
-  put_contents(file("text.png"), "P6 1 1 255 abc");
+  test::write_bytes("text.png", "P6 1 1 255 abc");
   EXPECT_NE(read_text("text.png").find("no EXR, PNG, TIFF"), std::string::npos);
-  error_text(ExitCode::input, [&] { read_metadata(file("text.png"), "psivox:scene"); });
+  EXPECT_NE(input_error([&] { read_metadata(file("text.png"), "psivox:scene"); }), "no error");
 
   OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeFloat);
   spec.channelnames = {"depth"};
@@ -30,11 +32,11 @@ TEST_F(ImageTest, AFileCutShortIsAnErrorAndPrintsNothingItself) {
   testing::internal::CaptureStderr();
   for (const char* name : every_format) {
     write_image(image, file(name));
-    const std::string whole = contents(file(name));
+    const std::string whole = test::file_bytes(file(name));
     for (const std::size_t size : {std::size_t{8}, std::size_t{30}, std::size_t{200},
                                    std::size_t{380}, whole.size() / 2, whole.size() - 1}) {
-      put_contents(file("cut"), whole.substr(0, size));
-      const std::string text = error_text(ExitCode::input, [&] { read_image(file("cut")); });
+      test::write_bytes("cut", whole.substr(0, size));
+      const std::string text = error_of(ExitCode::input, [&] { read_image(file("cut")); });
       EXPECT_NE(text.find("cut'"), std::string::npos) << name << " of " << size << ": " << text;
     }
   }
@@ -45,13 +47,13 @@ TEST_F(ImageTest, AnAttributeThatIsLongerThanItsExrIsNotAllocated) {
   Image image = noise(4, 4);
   image.metadata["psivox:scene"] = "{}";
   write_image(image, file("a.exr"));
-  std::string bytes = contents(file("a.exr"));
+  std::string bytes = test::file_bytes(file("a.exr"));
   const std::string before("psivox:scene\0string\0", 20);
   ASSERT_NE(bytes.find(before), bytes.npos);
   for (const std::int32_t length : {1 << 30, -1}) {
     std::memcpy(bytes.data() + bytes.find(before) + before.size(), &length, sizeof length);
-    put_contents(file("long.exr"), bytes);
-    const std::string text = error_text(ExitCode::input, [&] { read_image(file("long.exr")); });
+    test::write_bytes("long.exr", bytes);
+    const std::string text = error_of(ExitCode::input, [&] { read_image(file("long.exr")); });
     EXPECT_NE(text.find("an attribute of type 'string' is longer than the file"), text.npos)
         << text;
   }
@@ -59,7 +61,7 @@ TEST_F(ImageTest, AnAttributeThatIsLongerThanItsExrIsNotAllocated) {
 
 TEST_F(ImageTest, AnAttributeOfAnotherLengthThanItsValueIsAnError) {
   write_image(noise(4, 4), file("a.exr"));
-  const std::string bytes = contents(file("a.exr"));
+  const std::string bytes = test::file_bytes(file("a.exr"));
   const std::map<std::string, std::string> types = {{"channels", "chlist"},
                                                     {"compression", "compression"},
                                                     {"dataWindow", "box2i"},
@@ -72,8 +74,8 @@ TEST_F(ImageTest, AnAttributeOfAnotherLengthThanItsValueIsAnError) {
     const auto bytes_of_value = std::size_t(std::uint8_t(wrong[length]));
     ++wrong[length];
     wrong.insert(length + 4 + bytes_of_value, 1, 'x');
-    put_contents(file("wrong.exr"), wrong);
-    const std::string text = error_text(ExitCode::input, [&] { read_image(file("wrong.exr")); });
+    test::write_bytes("wrong.exr", wrong);
+    const std::string text = error_of(ExitCode::input, [&] { read_image(file("wrong.exr")); });
     EXPECT_NE(text.find("an attribute of type '" + type + "' has a wrong length"), text.npos)
         << text;
   }
@@ -81,15 +83,15 @@ TEST_F(ImageTest, AnAttributeOfAnotherLengthThanItsValueIsAnError) {
 
 TEST_F(ImageTest, AShortExrOfManyPixelsIsRefused) {
   write_image(noise(4, 4), file("a.exr"));
-  std::string bytes = contents(file("a.exr"));
+  std::string bytes = test::file_bytes(file("a.exr"));
   const std::int32_t window[] = {0, 0, 3999999, 63};
   for (const std::string name : {"dataWindow", "displayWindow"}) {
     const std::string start = name + '\0' + "box2i" + '\0';
     ASSERT_NE(bytes.find(start), bytes.npos);
     std::memcpy(bytes.data() + bytes.find(start) + start.size() + 4, window, sizeof window);
   }
-  put_contents(file("short.exr"), bytes);
-  const std::string text = error_text(ExitCode::input, [&] { read_image(file("short.exr")); });
+  test::write_bytes("short.exr", bytes);
+  const std::string text = error_of(ExitCode::input, [&] { read_image(file("short.exr")); });
   // OpenImageIO 3.1 refuses it by a limit of its own, before psivox sees it
   EXPECT_TRUE(text.find("4000000x64 pixels stored in so short a file") != text.npos ||
               text.find("limits:resolution") != text.npos)
@@ -100,13 +102,13 @@ TEST_F(ImageTest, EveryDamagedByteOfAPngIsAnError) {
   Image image = noise(4, 4);
   image.metadata["psivox:scene"] = "{}";
   write_image(image, file("a.png"));
-  const std::string whole = contents(file("a.png"));
+  const std::string whole = test::file_bytes(file("a.png"));
   testing::internal::CaptureStderr();
   for (std::size_t i = 0; i < whole.size(); ++i) {
     std::string damaged = whole;
     damaged[i] = static_cast<char>(damaged[i] ^ 1);
-    put_contents(file("damaged"), damaged);
-    error_text(ExitCode::input, [&] { read_image(file("damaged")); });
+    test::write_bytes("damaged", damaged);
+    EXPECT_NE(input_error([&] { read_image(file("damaged")); }), "no error");
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
 }
@@ -115,14 +117,14 @@ TEST_F(ImageTest, EveryDamagedByteIsAnErrorOrAPictureAndPrintsNothing) {
   testing::internal::CaptureStderr();
   for (const char* name : every_format) {
     write_image(noise(4, 4), file(name));
-    const std::string whole = contents(file(name));
+    const std::string whole = test::file_bytes(file(name));
     const std::size_t data_window = whole.find("dataWindow") + 21;
     for (std::size_t i = 0; i < whole.size(); ++i) {
       // Millions of columns are legal in an EXR, and zip needs no bytes for them.
       if (name == std::string("a.exr") && i >= data_window && i < data_window + 16) continue;
       std::string damaged = whole;
       damaged[i] = static_cast<char>(damaged[i] ^ 1);
-      put_contents(file("damaged"), damaged);
+      test::write_bytes("damaged", damaged);
       try {
         read_image(file("damaged"));
       } catch (const Error& error) {
@@ -138,7 +140,7 @@ TEST_F(ImageTest, AnUnknownExtensionIsAUsageErrorThatNamesTheKnown) {
   for (const char* name : {"a.bmp", "a", "a.exr.bak", ".exr"}) {
     for (const auto& call : {std::function([&] { check_writable(file(name)); }),
                              std::function([&] { write_image(noise(1, 1), file(name)); })}) {
-      const std::string text = error_text(ExitCode::usage, call);
+      const std::string text = error_of(ExitCode::usage, call);
       EXPECT_NE(text.find("use .exr, .png, .tif, .tiff, .jpg, .jpeg, .hdr or .webp"),
                 std::string::npos)
           << text;
@@ -159,7 +161,7 @@ TEST_F(ImageTest, AnUnwritableTargetIsFoundBeforeAnyWork) {
   Names unwritable = {file("absent/a.exr"), file("directory.exr"), file("pipe.exr"),
                       "/proc/psivox.exr"};
   if (geteuid() != 0) {  // root may write everywhere
-    put_contents(file("protected.exr"), "old");
+    test::write_bytes("protected.exr", "old");
     fs::permissions(file("protected.exr"), fs::perms::owner_read);
     fs::create_directory(file("sealed"));
     fs::permissions(file("sealed"), fs::perms::owner_read | fs::perms::owner_exec);
@@ -167,9 +169,9 @@ TEST_F(ImageTest, AnUnwritableTargetIsFoundBeforeAnyWork) {
   }
   const Names before = files();
   for (const std::string& path : unwritable) {
-    const std::string checked = error_text(ExitCode::output, [&] { check_writable(path); });
+    const std::string checked = error_of(ExitCode::output, [&] { check_writable(path); });
     EXPECT_NE(checked.find(path), std::string::npos) << checked;
-    EXPECT_EQ(error_text(ExitCode::output, [&] { write_image(noise(1, 1), path); }), checked);
+    EXPECT_EQ(error_of(ExitCode::output, [&] { write_image(noise(1, 1), path); }), checked);
   }
   EXPECT_EQ(files(), before);
   check_writable(file("good.exr"));
@@ -187,7 +189,7 @@ TEST_F(ImageTest, ARelativeNameIsWrittenWhereItPoints) {
 
 TEST_F(ImageTest, ASymbolicLinkIsFollowedNotReplaced) {
   fs::create_directory(file("store"));
-  put_contents(file("store/real.exr"), "old");
+  test::write_bytes("store/real.exr", "old");
   fs::create_symlink("store/real.exr", file("link.exr"));
   write_image(noise(3, 1), file("link.exr"));
   EXPECT_TRUE(fs::is_symlink(file("link.exr")));
@@ -229,17 +231,16 @@ TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
   for (const char* name : every_format) {
     write_image(image, file("whole").replace_extension(fs::path(name).extension()));
     const auto size = fs::file_size(file("whole").replace_extension(fs::path(name).extension()));
-    put_contents(file(name), "old");
+    test::write_bytes(name, "old");
     // From the first byte to the last, which leaves the buffer only when the file is closed.
     for (const auto limit : {std::uintmax_t{0}, std::uintmax_t{100}, size / 2, size - 1}) {
       rlimit tight = previous;
       tight.rlim_cur = limit;
       setrlimit(RLIMIT_FSIZE, &tight);
-      const std::string text =
-          error_text(ExitCode::output, [&] { write_image(image, file(name)); });
+      const std::string text = error_of(ExitCode::output, [&] { write_image(image, file(name)); });
       setrlimit(RLIMIT_FSIZE, &previous);
       EXPECT_NE(text.find(std::strerror(EFBIG)), std::string::npos) << name << limit << text;
-      EXPECT_EQ(contents(file(name)), "old");
+      EXPECT_EQ(test::file_bytes(file(name)), "old");
     }
   }
   std::signal(SIGXFSZ, previous_handler);
@@ -249,11 +250,11 @@ TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
 TEST_F(ImageTest, AMalformedImageIsRefused) {
   Image image = noise(2, 2, {"depth"});
   image.layers[1].values.pop_back();
-  EXPECT_NE(error_text(ExitCode::failure, [&] { write_image(image, file("a.exr")); }).find("depth"),
+  EXPECT_NE(error_of(ExitCode::failure, [&] { write_image(image, file("a.exr")); }).find("depth"),
             std::string::npos);
   image = noise(2, 2, {"R"});
-  error_text(ExitCode::failure, [&] { write_image(image, file("a.exr")); });
-  error_text(ExitCode::failure, [&] { write_image({}, file("a.exr")); });
+  for (const Image& wrong : {image, Image{}})
+    EXPECT_NE(error_of(ExitCode::failure, [&] { write_image(wrong, file("a.exr")); }), "no error");
   EXPECT_TRUE(files().empty());
 }
 

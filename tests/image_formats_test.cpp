@@ -1,5 +1,6 @@
 // The formats that OpenImageIO writes: TIFF, JPEG, HDR and WebP.
 #include "image_cases.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -156,7 +157,7 @@ TEST_F(ImageTest, AnEncodersLimitIsAnErrorBeforeAnyWork) {
   for (const auto& [name, side] : {std::pair("a.webp", 16383), {"a.jpg", 65500}}) {
     check_writable(file(name), {}, side, 1);
     const auto is_refused = [&](const std::function<void()>& call) {
-      const std::string text = error_text(ExitCode::output, call);
+      const std::string text = error_of(ExitCode::output, call);
       EXPECT_NE(text.find(std::to_string(side) + " pixels"), std::string::npos) << text;
     };
     is_refused([&] { check_writable(file(name), {}, 1, side + 1); });

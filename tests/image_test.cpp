@@ -1,5 +1,7 @@
 // Contents of EXR and PNG files, written and read.
 #include "image_cases.h"
+#include "scratch.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -89,8 +91,8 @@ TEST_F(ImageTest, TwoWritesAreByteIdenticalThoughTimePasses) {
     write_image(image, file("a").replace_extension(extension));
     std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // dates count in seconds
     write_image(image, file("b").replace_extension(extension));
-    EXPECT_TRUE(contents(file("a").replace_extension(extension)) ==
-                contents(file("b").replace_extension(extension)))
+    EXPECT_TRUE(test::file_bytes(file("a").replace_extension(extension)) ==
+                test::file_bytes(file("b").replace_extension(extension)))
         << extension;
   }
   EXPECT_FALSE(exr_header(file("a.exr")).contains("capDate"));
@@ -146,12 +148,13 @@ TEST_F(ImageTest, PngReadsBackLinearAndPremultiplied) {
   for (const int bits : {8, 16}) {
     SCOPED_TRACE(bits);
     write_image(colours(), file("a.png"), {.bits = bits});
-    EXPECT_EQ(contents(file("a.png"))[24], bits);  // after the signature, IHDR's name and the size
+    EXPECT_EQ(test::file_bytes(file("a.png"))[24],
+              bits);  // after the signature, IHDR's name and the size
     const Image back = read_image(file("a.png"));
     EXPECT_LE(largest_difference(back, colours()), srgb_error(bits));
     // A picture read from a PNG writes the same PNG.
     write_image(back, file("b.png"), {.bits = bits});
-    EXPECT_TRUE(contents(file("b.png")) == contents(file("a.png")));
+    EXPECT_TRUE(test::file_bytes(file("b.png")) == test::file_bytes(file("a.png")));
   }
 }
 
@@ -161,10 +164,10 @@ TEST_F(ImageTest, OptionsThatAFormatDoesNotHaveAreUsageErrors) {
         {"a.exr", WriteOptions{.bits = 8}, "needs a .png"},
         {"a.png", WriteOptions{.bits = 12}, "8 or 16"}}) {
     const std::string text =
-        error_text(ExitCode::usage, [&] { check_writable(file(name), options); });
+        error_of(ExitCode::usage, [&] { check_writable(file(name), options); });
     EXPECT_NE(text.find(part), std::string::npos) << text;
     EXPECT_NE(text.find(name), std::string::npos) << text;
-    error_text(ExitCode::usage, [&] { write_image(colours(), file(name), options); });
+    EXPECT_NE(usage_error([&] { write_image(colours(), file(name), options); }), "no error");
   }
   EXPECT_TRUE(files().empty());
 }

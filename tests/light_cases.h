@@ -1,10 +1,6 @@
 #pragma once
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <filesystem>
-#include <fstream>
 #include <numeric>
 #include <span>
 #include <string>
@@ -13,6 +9,7 @@
 #include "march/light.h"
 #include "march/march_double.h"
 #include "march/medium_atlas.h"
+#include "scratch.h"
 #include "verify/made_views.h"
 
 // Shared by the tests of light.
@@ -59,17 +56,15 @@ inline std::vector<double> depths_of(const View& view, const LightDepths& depths
   return result;
 }
 
-/// A function whose attenuation turns at several values, in a file of its own.
+/// A function whose attenuation turns at several values, in a file.
 inline std::string function_file() {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("psivox_light_" + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << R"({"points": [
+  return test::write_bytes("function.json", R"({"points": [
     {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
     {"value": 0.2, "attenuation": 1, "color": [1, 0.5, 0.25]},
     {"value": 0.5, "attenuation": 0.3, "color": [0.5, 1, 0.5]},
     {"value": 0.50001, "attenuation": 2, "color": [0, 1, 1]},
-    {"value": 1, "attenuation": 0.5, "color": [1, 0, 1]}]})";
-  return path.string();
+    {"value": 1, "attenuation": 0.5, "color": [1, 0, 1]}]})")
+      .string();
 }
 
 inline View lit_in_double(const View& view) {

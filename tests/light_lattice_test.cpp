@@ -1,12 +1,9 @@
 // Light from a lattice that is sheared along it, against exact light.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <glm/gtc/matrix_transform.hpp>
 #include <vector>
 
@@ -14,6 +11,7 @@
 #include "light_cases.h"
 #include "march/light.h"
 #include "march_cases.h"
+#include "scratch.h"
 
 namespace psivox {
 namespace {
@@ -61,10 +59,7 @@ class ExactLight {
 };
 
 std::string lattice_function_file(const std::string& name, const std::string& text) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("psivox_lattice_" + name + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << text;
-  return path.string();
+  return test::write_bytes(name + ".json", text).string();
 }
 
 /// A function that attenuates everywhere, and falls.

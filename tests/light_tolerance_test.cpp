@@ -2,15 +2,13 @@
 // own light exactly, and skies against closed forms.
 
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <glm/gtc/constants.hpp>
 
 #include "march_cases.h"
 #include "psivox/draw.h"
+#include "scratch.h"
 
 namespace psivox {
 namespace {
@@ -36,14 +34,12 @@ Scene with_phase(Scene scene, double g) {
 }
 
 Scene with_function(Scene scene) {
-  const auto path = std::filesystem::temp_directory_path() /
-                    ("psivox_light_tolerance_" + std::to_string(::getpid()) + ".json");
-  std::ofstream(path) << R"({"points": [
+  scene.transfer_function = test::write_bytes("function.json", R"({"points": [
     {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
     {"value": 0.3, "attenuation": 0.6, "color": [1, 0.5, 0.25]},
     {"value": 0.6, "attenuation": 0.1, "color": [0.5, 1, 1]},
-    {"value": 1, "attenuation": 1, "color": [1, 0.8, 0.6]}]})";
-  scene.transfer_function = path.string();
+    {"value": 1, "attenuation": 1, "color": [1, 0.8, 0.6]}]})")
+                                .string();
   return scene;
 }
 

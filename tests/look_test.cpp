@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <memory>
@@ -19,8 +18,9 @@
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/vdb.h"
+#include "scratch.h"
 #include "showing.h"
-#include "usage_error.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -300,11 +300,10 @@ TEST(Look, OfEqualValuesIsEqual) {
 }
 
 TEST(Look, StudiosHaveTheirOwn) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_looks";
-  fs::create_directories(folder);
-  std::ofstream(folder / "ours.json") << R"({"luminance": [1, 0, 0]})";
-  std::ofstream(folder / "bad.json") << R"({"luminence": [1, 0, 0]})";
-  std::ofstream(folder / "worse.json") << R"({"choose": ["everything"]})";
+  const auto folder = test::scratch_dir();
+  test::write_bytes("ours.json", R"({"luminance": [1, 0, 0]})");
+  test::write_bytes("bad.json", R"({"luminence": [1, 0, 0]})");
+  test::write_bytes("worse.json", R"({"choose": ["everything"]})");
   ::setenv("PSIVOX_LOOKS", ("/nowhere:" + folder.string()).c_str(), 1);
   Scene scene = scene_of(asset("ramp.vdb"));
   scene.look = "ours";
@@ -319,7 +318,6 @@ TEST(Look, StudiosHaveTheirOwn) {
   EXPECT_NE(refusal("worse").find("everything"), std::string::npos);
   EXPECT_NE(refusal("smok").find("smoke"), std::string::npos);
   ::unsetenv("PSIVOX_LOOKS");
-  fs::remove_all(folder);
 }
 
 using LookPicture = GpuTest;

@@ -5,11 +5,7 @@
 
 #include <glm/geometric.hpp>
 
-#include <unistd.h>
-
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <memory>
 #include <string>
 
@@ -19,6 +15,8 @@
 #include "psivox/parameters.h"
 #include "scene/color.h"
 #include "scene/transfer_function.h"
+#include "scratch.h"
+#include "thrown.h"
 #include "verify/made_fields.h"
 
 namespace psivox {
@@ -39,20 +37,10 @@ Field ramp() {
                     [](glm::ivec3 v) { return -1 + 4 * static_cast<float>(v.x) / 7; });
 }
 
-/// A transfer function's file, removed with it.
-class FunctionFile {
- public:
-  explicit FunctionFile(const std::string& text)
-      : path_(std::filesystem::temp_directory_path() /
-              ("psivox_function_" + std::to_string(::getpid()) + ".json")) {
-    std::ofstream(path_) << text;
-  }
-  ~FunctionFile() { std::filesystem::remove(path_); }
-  std::string path() const { return path_.string(); }
-
- private:
-  std::filesystem::path path_;
-};
+/// A transfer function's file.
+std::string luminance_function(const std::string& text) {
+  return test::write_bytes("function.json", text).string();
+}
 
 const char* const coloured = R"({"points": [
   {"value": 0, "attenuation": 0, "color": [0, 0, 0]},
@@ -64,22 +52,10 @@ const char* const foggy = R"({"points": [
   {"value": 0, "attenuation": 0.5, "color": [1, 1, 1]},
   {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})";
 
-template <typename Call>
-std::string message_of(ExitCode code, Call call) {
-  try {
-    call();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), code) << error.what();
-    return error.what();
-  }
-  ADD_FAILURE() << "nothing was thrown";
-  return "";
-}
-
 TEST(TransferSource, ColoursAreTheLuminance) {
-  const FunctionFile file(coloured);
+  const std::string file = luminance_function(coloured);
   Scene scene;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   scene.luminance = glm::dvec3(1, 2, 3);
   const View view = make_view(scene, share(ramp()), nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::transfer);
@@ -90,9 +66,9 @@ TEST(TransferSource, ColoursAreTheLuminance) {
 }
 
 TEST(TransferSource, WithoutColoursLuminanceComesFromElsewhere) {
-  const FunctionFile file(plain);
+  const std::string file = luminance_function(plain);
   Scene scene;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   const auto density = share(ramp());
   EXPECT_EQ(make_view(scene, density, nullptr).medium.source, LuminanceSource::constant);
   const View other = make_view(scene, density, share(ramp(), "heat"));
@@ -106,12 +82,12 @@ TEST(TransferSource, WithoutColoursLuminanceComesFromElsewhere) {
 }
 
 TEST(TransferSource, ColoursAndAGridAreTooMuch) {
-  const FunctionFile file(coloured);
+  const std::string file = luminance_function(coloured);
   Scene scene;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   scene.luminance_grid = "density";
   const std::string text =
-      message_of(ExitCode::usage, [&] { make_view(scene, share(ramp()), nullptr); });
+      error_of(ExitCode::usage, [&] { make_view(scene, share(ramp()), nullptr); });
   EXPECT_NE(text.find("--luminance-grid"), std::string::npos) << text;
 }
 
@@ -137,28 +113,28 @@ TEST(Colormap, TakesTheActiveRange) {
 }
 
 TEST(AutoExtinction, MeasuresWhatTheFunctionMakesOfValues) {
-  const FunctionFile file(plain);
+  const std::string file = luminance_function(plain);
   Scene scene;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   const auto slab = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3) { return 0.5f; }));
   // attenuation 1: every line has 16; the sums run over voxels, so they are exact within rounding
   EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / 16.0, 1e-12);
   // attenuation of 0 is 0.5: 17 voxels across the domain, plus 0.5 + 0.5 * 0.5 / 3 in the slab's 16
-  const FunctionFile fog(foggy);
+  const std::string fog = luminance_function(foggy);
   const double mean = 17 * 0.5 + 16 * 0.5 * 0.5 / 3;
   EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / mean, 1e-12);
 }
 
 TEST(PreClassification, MapsVoxels) {
-  const FunctionFile file(coloured);
+  const std::string file = luminance_function(coloured);
   Scene scene;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   scene.classification = Classification::pre;
   const Field field = ramp();
   const View view = make_view(scene, share(field), nullptr);
   EXPECT_EQ(view.medium.transfer, nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::vector);
-  const TransferFunction function = read_transfer_function(file.path());
+  const TransferFunction function = read_transfer_function(file);
   for (int x = 0; x < 8; ++x) {
     const double value = static_cast<double>(voxel(field, {x, 1, 2}));
     EXPECT_EQ(voxel(*view.medium.density, {x, 1, 2}),
@@ -172,9 +148,9 @@ TEST(PreClassification, MapsVoxels) {
 }
 
 TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
-  const FunctionFile file(foggy);
+  const std::string file = luminance_function(foggy);
   Scene scene;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   scene.classification = Classification::pre;
   // Two leaves far apart; the space between has blocks of three widths.
   Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 3.f; });
@@ -203,11 +179,11 @@ TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
 
 TEST(PreClassification, ColoursReachTheCornersOfCells) {
   // 0 is white and has no attenuation. The voxels around the leaf are white too, but no others.
-  const FunctionFile file(R"({"points": [
+  const std::string file = luminance_function(R"({"points": [
     {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
     {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})");
   Scene scene;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   scene.classification = Classification::pre;
   const View view = make_view(scene, share(ramp()), nullptr);
   EXPECT_TRUE(view.medium.density->tiles.empty());
@@ -235,9 +211,10 @@ TEST(Temperature, IsABlackBodysAtVoxels) {
 
   const Field vectors =
       make_vector_field({{0, 0, 0}, {3, 3, 3}}, [](glm::ivec3) { return glm::vec3(1); });
-  message_of(ExitCode::input, [&] {
-    make_view(scene, MediumFields{density, nullptr, share(vectors, "heat")});
-  });
+  EXPECT_NE(input_error([&] {
+              make_view(scene, MediumFields{density, nullptr, share(vectors, "heat")});
+            }),
+            "no error");
 }
 
 TEST(Modes, LookAtTheirTermsOnly) {
@@ -292,12 +269,12 @@ TEST(Modes, IsovalueIsTheMiddleOrADistance) {
   EXPECT_EQ(view.scene.isovalue, 0);
   EXPECT_EQ(view.medium.isovalue, 1.5);
   scene.isovalue = 1.5;
-  message_of(ExitCode::usage, [&] { make_view(scene, share(level_set), nullptr); });
+  EXPECT_NE(usage_error([&] { make_view(scene, share(level_set), nullptr); }), "no error");
 
   // The function's colour at the surface, where the value is constant.
-  const FunctionFile file(coloured);
+  const std::string file = luminance_function(coloured);
   scene.isovalue = 1;
-  scene.transfer_function = file.path();
+  scene.transfer_function = file;
   view = make_view(scene, share(ramp()), nullptr);
   EXPECT_EQ(view.medium.transfer, nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::constant);

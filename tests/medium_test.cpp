@@ -10,6 +10,7 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "thrown.h"
 #include "verify/made_fields.h"
 
 namespace psivox {
@@ -129,12 +130,7 @@ TEST(MakeView, FindsWhereLuminanceComesFrom) {
   EXPECT_EQ(other.scene.luminance_grid, "heat");
   EXPECT_EQ(make_view(scene, density, vector).medium.source, LuminanceSource::vector);
 
-  try {
-    make_view(scene, vector, nullptr);
-    FAIL() << "a vec3 grid is no density";
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::input);
-  }
+  EXPECT_NE(input_error([&] { make_view(scene, vector, nullptr); }), "no error");
 }
 
 }  // namespace

@@ -1,10 +1,9 @@
 // The memory that is left, under made-up files of the system.
 
 #include "base/memory.h"
+#include "scratch.h"
 
 #include <gtest/gtest.h>
-
-#include <fstream>
 
 namespace psivox {
 namespace {
@@ -15,18 +14,16 @@ namespace fs = std::filesystem;
 class Root {
  public:
   explicit Root(const std::string& groups) {
-    fs::remove_all(root_);
     write("proc/meminfo", "MemTotal: 9000 kB\nMemAvailable: 1000 kB\n");
     write("proc/self/cgroup", groups);
   }
-  void write(const fs::path& path, const std::string& text) const {
-    fs::create_directories((root_ / path).parent_path());
-    std::ofstream(root_ / path) << text;
+  void write(const std::string& path, const std::string& text) const {
+    test::write_bytes(path, text);
   }
   std::uint64_t left() const { return available_memory(root_); }
 
  private:
-  fs::path root_ = fs::path(testing::TempDir()) / "memory_root";
+  fs::path root_ = test::empty_scratch_dir();
 };
 
 TEST(Memory, IsTheMachinesWithoutALimit) {
@@ -63,7 +60,7 @@ TEST(Memory, IsWhatTheContainersGroupOfVersion1Leaves) {
 }
 
 TEST(Memory, IsUnknownWithoutTheSystemsFiles) {
-  EXPECT_EQ(available_memory(fs::path(testing::TempDir()) / "no_root"), 0);
+  EXPECT_EQ(available_memory(test::scratch_dir() / "no_root"), 0);
 }
 
 }  // namespace

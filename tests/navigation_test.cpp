@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <semaphore>
 
@@ -15,6 +14,7 @@
 #include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "scratch.h"
 #include "view/viewer.h"
 
 namespace psivox::view {
@@ -275,11 +275,9 @@ TEST(Keys, AreAllInTheGuide) {
 
 TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
   namespace fs = std::filesystem;
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_sequence";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
+  const fs::path folder = test::empty_scratch_dir();
   for (const char* name : {"v2_0001.vdb", "v2_0002.vdb", "v2_0004.vdb", "v3_0001.vdb", "other.vdb"})
-    std::ofstream(folder / name) << "";
+    test::write_bytes(name, "");
   const auto at = [&](const char* name) { return (folder / name).string(); };
   Sequence sequence = Sequence::of({at("v2_0002.vdb")});
   EXPECT_EQ(sequence.first(), 1);
@@ -307,7 +305,6 @@ TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
   EXPECT_EQ(Sequence::of(samples).missing(), std::vector<int>{3});
   EXPECT_EQ(Sequence::of({at("other.vdb"), at("v3_0001.vdb")}).last(), 2);
   EXPECT_THROW(Sequence::of({at("v4_####.vdb")}), Error);
-  fs::remove_all(folder);
 }
 
 TEST(CurrentVolume, ABoxAndAVolumeThatArriveTogetherAreTheVolume) {

@@ -12,7 +12,8 @@
 #include "ocio_config.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
-#include "usage_error.h"
+#include "scratch.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -34,14 +35,10 @@ class OcioTest : public ::testing::Test {
  protected:
   OcioTest() {
     unsetenv("OCIO");
-    fs::create_directories(folder_);
     write_ocio_config(config_);
   }
-  ~OcioTest() override {
-    unsetenv("OCIO");
-    fs::remove_all(folder_);
-  }
-  std::string path(const std::string& name) const { return (folder_ / name).string(); }
+  ~OcioTest() override { unsetenv("OCIO"); }
+  static std::string path(const std::string& name) { return (test::scratch_dir() / name).string(); }
 
   /// Light from 0 to 4 in all proportions of three colours; alpha grows along the rows.
   static Image picture(bool opaque) {
@@ -76,7 +73,6 @@ class OcioTest : public ::testing::Test {
     return codes_of(path("oiiotool.tif"));
   }
 
-  fs::path folder_ = fs::path(testing::TempDir()) / "ocio";
   std::string config_ = path("config.ocio");
 };
 
@@ -163,14 +159,7 @@ TEST_F(OcioTest, ExposureComesFirst) {
 
 TEST_F(OcioTest, RefusesInOneLine) {
   const auto message = [&](Scene scene, ExitCode code) {
-    try {
-      resolve_ocio(scene);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), code);
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
-      return std::string(error.what());
-    }
-    return std::string("no error");
+    return error_of(code, [&] { resolve_ocio(scene); });
   };
   const auto contains = [](const std::string& text, const std::string& part) {
     return text.find(part) != std::string::npos;

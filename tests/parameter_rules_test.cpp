@@ -11,7 +11,7 @@
 #include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "usage_error.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {

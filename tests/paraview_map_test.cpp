@@ -11,6 +11,7 @@
 #include "scene/color.h"
 #include "scene/colormap.h"
 #include "scene/transfer_function.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -149,14 +150,8 @@ TEST(ParaviewMap, ReadsBackWhatItBecame) {
 }
 
 TEST(ParaviewMap, RefusesInOneLine) {
-  const auto error = [](const std::string& text) -> std::string {
-    try {
-      transfer_function_from_json(text, "m.json");
-    } catch (const Error& thrown) {
-      EXPECT_EQ(thrown.code(), ExitCode::input);
-      return thrown.what();
-    }
-    return "no error";
+  const auto error = [](const std::string& text) {
+    return input_error([&] { transfer_function_from_json(text, "m.json"); });
   };
   const std::string points = R"("RGBPoints": [0,0,0,0, 1,1,1,1])";
   EXPECT_EQ(error("[]"), "m.json: holds 0 colour maps; export one alone");

@@ -15,6 +15,7 @@
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "region_cases.h"
+#include "thrown.h"
 #include "verify/made_fields.h"
 #include "verify/made_views.h"
 
@@ -237,15 +238,9 @@ TEST(PartMarcher, KeepsATolerance) {
 
 TEST(PartMarcher, SaysWhatItCannotDraw) {
   const auto gpu = open_gpu();
-  const auto message = [&](Scene scene, std::uint64_t limit) -> std::string {
+  const auto message = [&](Scene scene, std::uint64_t limit) {
     scene.memory_limit = limit;
-    try {
-      Session(scene).draw(*gpu);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::memory);
-      return error.what();
-    }
-    return "drawn";
+    return error_of(ExitCode::memory, [&] { Session(scene).draw(*gpu); });
   };
   Scene templates = blobs_scene();
   templates.sampling = Sampling::template_;

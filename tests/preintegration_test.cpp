@@ -72,7 +72,7 @@ TransferFunction smooth() {
 }
 
 /// Two tents of 1/20 of the range, red and blue.
-TransferFunction peaks() {
+TransferFunction peaked() {
   return TransferFunction({{0, 0, {1, 0, 0}},
                            {0.325, 0, {1, 0, 0}},
                            {0.35, 1, {1, 0, 0}},
@@ -102,7 +102,7 @@ TransferFunction random_function(int points, unsigned seed = 1) {
 }
 
 const std::pair<const char*, TransferFunction> functions[] = {
-    {"smooth", smooth()}, {"peaks", peaks()}, {"jumps", jumps()}, {"random", random_function(40)}};
+    {"smooth", smooth()}, {"peaks", peaked()}, {"jumps", jumps()}, {"random", random_function(40)}};
 
 double largest(const glm::dvec3& d) { return std::max({d.x, d.y, d.z}); }
 
@@ -308,7 +308,7 @@ TEST(PreintegrationRule, ThinPeaksAreSeenBetweenSamples) {
   // Two tents of a twentieth of the range, too narrow for two samples per cell.
   for (const double extinction : {0.3, 3.0, 30.0}) {
     const auto picture = [&](Integrator rule) {
-      return double_picture(peaks_view(rule, peaks(), extinction));
+      return double_picture(peaks_view(rule, peaked(), extinction));
     };
     const Image exact = picture(Integrator::cell_exact);
     expect_content(exact);

@@ -10,33 +10,25 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "field_voxels.h"
 #include "psivox/camera.h"
 #include "psivox/field.h"
 
 namespace psivox {
 
-/// A field read by a linear search for each voxel. The reference integrator is compared with it and
-/// shares no code with it.
+/// A field at points of the world. The reference integrator is compared with it and shares no code
+/// with it.
 class PlainField {
  public:
   explicit PlainField(const Field& field)
-      : field_(field), index_from_world_(glm::inverse(field.world_from_index)) {}
+      : voxels_(field),
+        one_(field.channels == 1),
+        domain_(field.domain()),
+        index_from_world_(glm::inverse(field.world_from_index)) {}
 
   glm::dvec3 voxel(const glm::ivec3& v) const {
-    auto inside = [&](const glm::ivec3& o, int w) {
-      return v.x >= o.x && v.y >= o.y && v.z >= o.z && v.x < o.x + w && v.y < o.y + w &&
-             v.z < o.z + w;
-    };
-    for (const Leaf& leaf : field_.leaves) {
-      if (!inside(leaf.origin, 8)) continue;
-      const glm::ivec3 d = v - leaf.origin;
-      const float* p = leaf.values + ((d.x * 8 + d.y) * 8 + d.z) * field_.channels;
-      return field_.channels == 1 ? glm::dvec3(*p) : glm::dvec3(p[0], p[1], p[2]);
-    }
-    for (const Tile& tile : field_.tiles)
-      if (inside(tile.origin, tile.width))
-        return field_.channels == 1 ? glm::dvec3(tile.value.x) : glm::dvec3(tile.value);
-    return glm::dvec3(0);
+    const glm::dvec3 value(voxels_(v));
+    return one_ ? glm::dvec3(value.x) : value;
   }
 
   glm::dvec3 index_at(const glm::dvec3& world) const {
@@ -45,9 +37,8 @@ class PlainField {
 
   bool in_domain(const glm::dvec3& world) const {
     const glm::dvec3 p = index_at(world);
-    const Box domain = field_.domain();
     for (int i = 0; i < 3; ++i)
-      if (p[i] < domain.min[i] || p[i] > domain.max[i]) return false;
+      if (p[i] < domain_.min[i] || p[i] > domain_.max[i]) return false;
     return true;
   }
 
@@ -68,9 +59,8 @@ class PlainField {
   void add_faces(const WorldRay& ray, double t0, double t1, std::vector<double>& faces) const {
     const glm::dvec3 p = index_at(ray.origin);
     const glm::dvec3 d = index_at(ray.origin + ray.direction) - p;
-    const Box domain = field_.domain();
     for (int i = 0; i < 3; ++i) {
-      for (int plane = domain.min[i]; plane <= domain.max[i] && d[i] != 0; ++plane) {
+      for (int plane = domain_.min[i]; plane <= domain_.max[i] && d[i] != 0; ++plane) {
         const double t = (plane - p[i]) / d[i];
         if (t > t0 && t < t1) faces.push_back(t);
       }
@@ -78,7 +68,9 @@ class PlainField {
   }
 
  private:
-  const Field& field_;
+  FieldVoxels voxels_;
+  bool one_;  ///< channel
+  Box domain_;
   glm::dmat4 index_from_world_;
 };
 

@@ -3,6 +3,7 @@
 #include <random>
 
 #include "scan_made_files.h"
+#include "scratch.h"
 
 namespace psivox::test {
 namespace {
@@ -45,7 +46,7 @@ TEST(Scans, WhatIsNotReadIsNamed) {
        "too early"},
   };
   for (const auto& [bytes, what] : all) {
-    const auto path = write_scan("refused.nrrd", bytes);
+    const auto path = test::write_bytes("refused.nrrd", bytes);
     const std::string message = refusal_of(path);
     EXPECT_NE(message.find(what), std::string::npos) << what << ": " << message;
     EXPECT_EQ(message.find(path.string() + ":"), 0u) << message;
@@ -54,7 +55,7 @@ TEST(Scans, WhatIsNotReadIsNamed) {
 
 /// Files that lie, one each for a number: numbers of the header changed, or the file cut.
 void expect_no_crash(const std::string& good, std::size_t header) {
-  ASSERT_EQ(refusal_of(write_scan("good.nrrd", good)), "");
+  ASSERT_EQ(refusal_of(test::write_bytes("good.nrrd", good)), "");
   int refused = 0;
   for (unsigned number = 0; number < 200; ++number) {
     std::mt19937 random(number);
@@ -66,7 +67,7 @@ void expect_no_crash(const std::string& good, std::size_t header) {
       bytes[at] = random() % 2 ? extremes[random() % sizeof extremes] : char(random());
     }
     SCOPED_TRACE(number);
-    refused += !refusal_of(write_scan("lie.nrrd", bytes)).empty();
+    refused += !refusal_of(test::write_bytes("lie.nrrd", bytes)).empty();
   }
   EXPECT_GT(refused, 50);  // the cut ones
   EXPECT_LT(refused, 200);
@@ -90,7 +91,8 @@ TEST(Scans, AClaimOfManyValuesTakesNoMemory) {
   // 32767^3 values of 8 bytes, in a small gzip and in a small file
   const std::string head = nifti_header(false, false, 64, {32767, 32767, 32767});
   for (const std::string& bytes : {head + std::string(9000, '\0'), gzipped(head)})
-    EXPECT_NE(refusal_of(write_scan("huge.nii", bytes)).find("cut short"), std::string::npos);
+    EXPECT_NE(refusal_of(test::write_bytes("huge.nii", bytes)).find("cut short"),
+              std::string::npos);
 }
 
 }  // namespace

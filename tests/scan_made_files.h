@@ -9,7 +9,6 @@
 #include <array>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <functional>
 #include <glm/mat4x4.hpp>
 #include <string>
@@ -25,13 +24,6 @@ namespace psivox::test {
 namespace fs = std::filesystem;
 
 inline const glm::ivec3 small{11, 9, 10};  // not all multiples of 8
-
-inline fs::path write_scan(const std::string& name, const std::string& bytes) {
-  const auto path = fs::path(testing::TempDir()) / name;
-  fs::create_directories(path.parent_path());
-  std::ofstream(path, std::ios::binary) << bytes;
-  return path;
-}
 
 template <typename T>
 void put(std::string& bytes, std::size_t at, T value, bool big) {

@@ -12,7 +12,7 @@
 #include "colour/colour.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "usage_error.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {

@@ -3,10 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
-#include <fstream>
 
+#include "scratch.h"
 #include "sequence/camera_motion.h"
-#include "usage_error.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -16,11 +16,6 @@ namespace fs = std::filesystem;
 /// A folder with copies of an asset.
 class Folder {
  public:
-  Folder() : path_(fs::temp_directory_path() / ("psivox_sequence_" + std::to_string(getpid()))) {
-    fs::remove_all(path_);
-    fs::create_directories(path_);
-  }
-  ~Folder() { fs::remove_all(path_); }
   std::string file(const std::string& name, const std::string& asset = "single_voxel") {
     const fs::path path = path_ / name;
     fs::copy_file(fs::path(PSIVOX_ASSETS) / (asset + ".vdb"), path);
@@ -31,7 +26,7 @@ class Folder {
   }
 
  private:
-  fs::path path_;
+  fs::path path_ = test::empty_scratch_dir();
 };
 
 /// Whether `action` throws a usage error with that text.
@@ -226,24 +221,15 @@ TEST(CameraMotion, AFollowingCameraKeepsItsDistanceAndMovesWithTheSubject) {
   EXPECT_NEAR(moved.camera.position.z, view.camera.position.z, 1e-9);
 }
 
-class CameraPathFile {
- public:
-  explicit CameraPathFile(const std::string& text, const std::string& name = "path.json")
-      : path_(folder_.path(name)) {
-    std::ofstream(path_) << text;
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  Folder folder_;
-  std::string path_;
-};
+std::string path_file(const std::string& text, const std::string& name = "path.json") {
+  return test::write_bytes(name, text).string();
+}
 
 TEST(CameraPath, EasesBetweenKeysAndHoldsBeyondThem) {
-  const CameraPathFile file(R"({"keys": [{"frame": 1, "position": [0,0,0], "fov": 20},
+  const std::string file = path_file(R"({"keys": [{"frame": 1, "position": [0,0,0], "fov": 20},
                                          {"frame": 11, "position": [10,0,0], "ease": "linear"},
                                          {"frame": 21, "position": [20,0,0]}]})");
-  const CameraPath path = CameraPath::read(file.path(), false, 24);
+  const CameraPath path = CameraPath::read(file, false, 24);
   const auto x = [&](double frame) { return path.at({}, frame).camera_position->x; };
   EXPECT_EQ(x(-5), 0);
   EXPECT_EQ(x(1), 0);
@@ -261,7 +247,7 @@ TEST(CameraPath, BadFilesAreRefused) {
   for (const char* text :
        {"", "{}", "[]", R"([{"position": [0,0,0]}])", R"([{"frame": 1, "place": [0,0,0]}])",
         R"([{"frame": 1, "ease": "in"}])"})
-    EXPECT_THROW(CameraPath::read(CameraPathFile(text).path(), false, 24), Error) << text;
+    EXPECT_THROW(CameraPath::read(path_file(text), false, 24), Error) << text;
 }
 
 /// Two keys, at 0 and 1 s: translation from (0,0,5) to (4,0,5). The buffer has the floats 0, 1,
@@ -278,17 +264,17 @@ constexpr const char* moving_gltf = R"({"asset": {"version": "2.0"}, "scene": 0,
     "data:application/octet-stream;base64,AAAAAAAAgD8AAAAAAAAAAAAAoEAAAIBAAAAAAAAAoEA="}]})";
 
 TEST(CameraPath, FollowsAnAnimationOfGltf) {
-  const CameraPathFile file(moving_gltf, "path.gltf");
-  const CameraPath path = CameraPath::read(file.path(), false, 24);
+  const std::string file = path_file(moving_gltf, "path.gltf");
+  const CameraPath path = CameraPath::read(file, false, 24);
   EXPECT_EQ(path.last(), 24);
   EXPECT_NEAR(path.at({}, 6).camera_position->x, 1, 1e-6);
   EXPECT_NEAR(path.at({}, 6).camera_position->z, 5, 1e-6);
   EXPECT_NEAR(path.at({}, 99).camera_position->x, 4, 1e-6);
   // Z is up: glTF's Z, towards the viewer, is -Y
-  EXPECT_NEAR(CameraPath::read(file.path(), true, 24).at({}, 0).camera_position->y, -5, 1e-6);
+  EXPECT_NEAR(CameraPath::read(file, true, 24).at({}, 0).camera_position->y, -5, 1e-6);
   std::string broken = moving_gltf;
   broken.replace(broken.find("\"count\": 2"), 10, "\"count\": 9");
-  EXPECT_THROW(CameraPath::read(CameraPathFile(broken, "b.gltf").path(), false, 24), Error);
+  EXPECT_THROW(CameraPath::read(path_file(broken, "b.gltf"), false, 24), Error);
 }
 
 }  // namespace

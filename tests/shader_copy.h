@@ -6,27 +6,20 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
-#include <iterator>
 #include <string>
 
 #include "march_cases.h"
+#include "scratch.h"
 
 namespace psivox {
 
 namespace fs = std::filesystem;
 
-inline std::string contents(const fs::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(file), {}};
-}
-
 /// A test with a copy of shaders/, to which PSIVOX_SHADER_DIR points during the test.
 class ShaderTest : public GpuTest {
  protected:
   void SetUp() override {
-    const auto* test = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::path(testing::TempDir()) /
-              (std::string("psivox_shaders_") + test->test_suite_name() + "_" + test->name());
+    folder_ = test::scratch_dir() / "shaders";
     fs::remove_all(folder_);
     fs::copy(PSIVOX_SHADERS, folder_, fs::copy_options::recursive);
     setenv("PSIVOX_SHADER_DIR", folder_.c_str(), 1);
@@ -39,7 +32,7 @@ class ShaderTest : public GpuTest {
 
   /// Replaces `from`, which must be present, in a file of the copy; returns its line number.
   int edit(const std::string& name, const std::string& from, const std::string& to) {
-    std::string text = contents(folder_ / name);
+    std::string text = test::file_bytes(folder_ / name);
     const std::size_t at = text.find(from);
     EXPECT_NE(at, std::string::npos) << name << " has no '" << from << "'";
     if (at == std::string::npos) return 0;

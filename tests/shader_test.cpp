@@ -13,7 +13,9 @@
 #include "gl/webgl_march.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
+#include "scratch.h"
 #include "shader_copy.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -30,15 +32,7 @@ class Shaders : public ShaderTest {
   }
 
   static std::string graphics_error(const View& view) {
-    try {
-      picture(view);
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::graphics);
-      const std::string message = error.what();
-      EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-      return message;
-    }
-    return "no error";
+    return error_of(ExitCode::graphics, [&] { picture(view); });
   }
 
   static View view(Glow glow = Glow::constant) {
@@ -106,7 +100,7 @@ TEST_F(Shaders, EveryShaderIsEmbedded) {
     const std::string name = fs::relative(entry.path(), PSIVOX_SHADERS).string();
     const auto found = gl::embedded_shaders().find(name);
     ASSERT_NE(found, gl::embedded_shaders().end()) << name << " is not embedded";
-    EXPECT_EQ(found->second, contents(entry.path())) << name;
+    EXPECT_EQ(found->second, test::file_bytes(entry.path())) << name;
   }
 }
 

@@ -11,7 +11,7 @@
 #include "study/page.h"
 #include "study/report.h"
 #include "study/study_pictures.h"
-#include "usage_error.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {

@@ -11,23 +11,10 @@
 
 #include "march/transfer_table.h"
 #include "psivox/error.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
-
-/// The message of the input error that `action` throws, otherwise what went wrong.
-template <typename Action>
-std::string input_error(Action action) {
-  try {
-    action();
-  } catch (const Error& error) {
-    EXPECT_EQ(error.code(), ExitCode::input);
-    const std::string message = error.what();
-    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
-    return message;
-  }
-  return "no error";
-}
 
 /// A hat of attenuation with a colour that changes by jumps at 1.
 TransferFunction example() {

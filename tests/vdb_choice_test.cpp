@@ -4,6 +4,7 @@
 
 #include "psivox/field.h"
 #include "psivox/medium.h"
+#include "thrown.h"
 #include "vdb_made_files.h"
 
 namespace psivox {

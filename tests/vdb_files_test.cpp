@@ -10,6 +10,8 @@
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
+#include "scratch.h"
+#include "thrown.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
@@ -28,7 +30,7 @@ TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
       write_vdb({voxel("z", 1), voxel("", 2), voxel("a", 3), voxel("", 4), voxel("a", 5)}));
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"z", "[0]", "a[0]", "[1]", "a[1]"}));
   const auto value = [&](const std::string& name) {
-    return FieldSampler(vdb.read(name)).voxel({0, 0, 0}, 0);
+    return FieldVoxels(vdb.read(name)).voxel({0, 0, 0}, 0);
   };
   EXPECT_EQ(value("z"), 1);
   EXPECT_EQ(value("[0]"), 2);
@@ -56,7 +58,7 @@ TEST(VdbNames, ControlCharactersAreEscaped) {
   EXPECT_EQ(vdb.names(), std::vector{name});
   EXPECT_EQ(vdb.info().front().name, name);
   EXPECT_EQ(vdb.info().front().problem, "");
-  EXPECT_EQ(FieldSampler(vdb.read(name)).voxel({0, 0, 0}, 0), 2.0);
+  EXPECT_EQ(FieldVoxels(vdb.read(name)).voxel({0, 0, 0}, 0), 2.0);
 }
 
 TEST(VdbNames, NamesThatAnotherWriterRepeatedAreNumbered) {
@@ -67,7 +69,7 @@ TEST(VdbNames, NamesThatAnotherWriterRepeatedAreNumbered) {
   for (std::size_t at; (at = bytes.find("densitx")) != std::string::npos;) bytes[at + 6] = 'y';
   const VdbFile vdb(test::write_bytes("repeated.vdb", bytes));
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density[0]", "density[1]"}));
-  EXPECT_EQ(FieldSampler(vdb.read("density[1]")).voxel({0, 0, 0}, 0), 2.0);
+  EXPECT_EQ(FieldVoxels(vdb.read("density[1]")).voxel({0, 0, 0}, 0), 2.0);
   EXPECT_EQ(vdb.read("density").notices.size(), 1u);
 }
 
@@ -81,7 +83,7 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density", "other"}));
   EXPECT_EQ(vdb.info().at(0).channels, 0);
   EXPECT_NE(vdb.info().at(0).problem.find("has type Tree_quark_5_4_3"), std::string::npos);
-  EXPECT_EQ(FieldSampler(vdb.read("other")).voxel({0, 0, 0}, 0), 2.0);
+  EXPECT_EQ(FieldVoxels(vdb.read("other")).voxel({0, 0, 0}, 0), 2.0);
   EXPECT_NE(input_error([&] { vdb.read("density"); }).find("supported value types: float, double"),
             std::string::npos);
 }
@@ -92,7 +94,7 @@ TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {
   const openvdb::GridBase::Ptr b = a->copyGrid();  // the same tree
   b->setName("b");
   const auto shared = write_vdb({a, b});
-  EXPECT_EQ(FieldSampler(VdbFile(shared).read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
+  EXPECT_EQ(FieldVoxels(VdbFile(shared).read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
 
   const auto piped = test::scratch_dir() / "piped.vdb";
   {
@@ -102,7 +104,7 @@ TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {
   const VdbFile vdb(piped);
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(vdb.read("b").notices.at(0), "grid 'b': 1 negative value taken as 0");
-  EXPECT_EQ(FieldSampler(vdb.read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
+  EXPECT_EQ(FieldVoxels(vdb.read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
 }
 
 TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
@@ -142,7 +144,7 @@ TEST(Vectors, AreDrawnByLengthOrComponent) {
     return view;
   };
   const auto value = [](const View& view) {
-    return FieldSampler(*view.medium.density).voxel({1, 2, 3}, 0);
+    return FieldVoxels(*view.medium.density).voxel({1, 2, 3}, 0);
   };
   EXPECT_EQ(value(at("velocity")), 7);
   EXPECT_EQ(value(at("velocity:length")), 7);

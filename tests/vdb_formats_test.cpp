@@ -11,6 +11,8 @@
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/open.h"
+#include "scratch.h"
+#include "thrown.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 #include "verify/made_views.h"
@@ -124,7 +126,7 @@ TEST(Formats, DoublesBeyondFloatsAreInfinite) {
   grid->tree().setValue(Coord(2), 3);
   const Field field = VdbFile(write_vdb({grid})).read("density");
   EXPECT_EQ(field.notices.at(0), "grid 'density': 1 +Inf taken as 3");
-  EXPECT_EQ(FieldSampler(field).voxel({1, 1, 1}, 0), 0);
+  EXPECT_EQ(FieldVoxels(field).voxel({1, 1, 1}, 0), 0);
 }
 
 TEST(Formats, AStaggeredGridIsTakenAtItsVoxels) {
@@ -132,7 +134,7 @@ TEST(Formats, AStaggeredGridIsTakenAtItsVoxels) {
   grid->setGridClass(openvdb::GRID_STAGGERED);
   grid->tree().setValue(Coord(1, 2, 3), openvdb::Vec3s(1, -2, 3));
   const Field field = VdbFile(write_vdb({grid})).read("velocity", {.role = GridRole::data});
-  EXPECT_EQ(FieldSampler(field).voxel({1, 2, 3}, 1), -2);
+  EXPECT_EQ(FieldVoxels(field).voxel({1, 2, 3}, 1), -2);
   ASSERT_EQ(field.notices.size(), 1u);
   EXPECT_NE(field.notices[0].find("staggered"), std::string::npos);
 }
@@ -167,13 +169,13 @@ void expect_background_as(typename GridT::ValueType background, double given) {
       EXPECT_EQ(chosen.notices.at(0), file.read("density", {.background = 0}).notices.at(0) +
                                           "; --background-value gives another value");
       EXPECT_TRUE(same(chosen.tiles, file.read("density", {.background = 0}).tiles));
-      EXPECT_EQ(FieldSampler(chosen).voxel({5, 5, 5}, 0), 0);
+      EXPECT_EQ(FieldVoxels(chosen).voxel({5, 5, 5}, 0), 0);
     }
   const Field field = file.read("density", {.background = given});
   ASSERT_EQ(field.notices.size(), 1u);
   EXPECT_NE(field.notices[0].find("grid 'density': its background "), std::string::npos);
   EXPECT_EQ(field.active_box, (Box{{0, 0, 0}, {6007, 9, 31}}));
-  const FieldSampler sampler(field);
+  const FieldVoxels sampler(field);
   for (int c = 0; c < field.channels; ++c) {
     EXPECT_EQ(sampler.voxel({4, 4, 4}, c), 4);
     EXPECT_EQ(sampler.voxel({6, 6, 6}, c), 2);           // inactive, of a value of its own
@@ -269,18 +271,13 @@ TEST(Formats, WhatIsTooLargeToLightIsPlainUnlessLightIsAskedFor) {
   scene.input = write_vdb({wide}).string();
   scene.resolution = {32, 24};
   const auto looked = [&] { return with_look(scene, VdbFile(scene.input), "auto"); };
-  const auto error = [&](const LookedScene& given) -> std::string {
-    try {
-      Session(make_view(given.scene, given.fields)).draw(*open_double());
-    } catch (const Error& e) {
-      EXPECT_EQ(e.code(), ExitCode::memory);
-      return e.what();
-    }
-    return "drawn";
+  const auto error = [&](const LookedScene& given) {
+    return error_of(ExitCode::memory,
+                    [&] { Session(make_view(given.scene, given.fields)).draw(*open_double()); });
   };
   EXPECT_EQ(looked().look, "plain");
   EXPECT_NE(looked().dark_because.find("too many to light"), std::string::npos);
-  EXPECT_EQ(error(looked()), "drawn");
+  EXPECT_EQ(error(looked()), "no error");
   scene.lights = {{{0, -1, 0}, {1, 1, 1}}};
   EXPECT_EQ(looked().scene.lights.size(), 1u);
   EXPECT_NE(error(looked()).find("too many to light; leave light out"), std::string::npos);

@@ -20,6 +20,8 @@
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "resident_values.h"
+#include "scratch.h"
+#include "thrown.h"
 #include "vdb/reader.h"
 #include "vdb/reading_messages.h"
 #include "vdb_test_util.h"
@@ -208,7 +210,7 @@ TEST(GuardedReading, DiscardedValuesLeaveSharedMemoryAndComeAgain) {
 TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
   if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
   EXPECT_EQ(reading_guard(), "seccomp and resource limits");
-  const std::string message = test::input_error([] { VdbFile file(file_named("segfault.vdb")); });
+  const std::string message = input_error([] { VdbFile file(file_named("segfault.vdb")); });
   EXPECT_NE(message.find("segfault.vdb: is damaged: reading it crashed (Segmentation fault)"),
             std::string::npos)
       << message;
@@ -231,7 +233,7 @@ TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
   };
   for (const auto& [name, part] : expected) {
     const auto path = file_named(name);
-    const std::string message = test::input_error([&] { VdbFile file(path); });
+    const std::string message = input_error([&] { VdbFile file(path); });
     EXPECT_EQ(message.find(path.string() + ": "), 0u) << message;
     EXPECT_NE(message.find(part), std::string::npos) << message;
   }
@@ -253,7 +255,7 @@ TEST(GuardedReading, ACrashInOneGridLeavesTheRowsOfTheOthers) {
       EXPECT_EQ(rows[i].active_voxels, expected[i].active_voxels);
     }
   }
-  const std::string message = test::input_error([&] { file.read("color"); });
+  const std::string message = input_error([&] { file.read("color"); });
   EXPECT_NE(message.find("bad_color.vdb: grid 'color' is damaged: reading it"), message.npos);
 }
 
@@ -268,12 +270,12 @@ TEST(GuardedReading, AFileWhoseGridsAllCrashTakesTheTimeOfAFew) {
 }
 
 TEST(GuardedReading, WhatAReaderSaysIsOneLine) {
-  EXPECT_EQ(test::input_error([] { VdbFile file(file_named("lines.vdb")); }), "two lines [2J");
+  EXPECT_EQ(input_error([] { VdbFile file(file_named("lines.vdb")); }), "two lines [2J");
 }
 
 TEST(GuardedReading, AReaderHasThreadsButReachesNoFileNoNetworkAndNoProcess) {
   if (sanitised) GTEST_SKIP() << "no seccomp under sanitizers";
-  EXPECT_EQ(test::input_error([] { VdbFile file(file_named("calls.vdb")); }),
+  EXPECT_EQ(input_error([] { VdbFile file(file_named("calls.vdb")); }),
             "opened 0, connected 0, forked 0, signalled 0, in a thread");
 }
 

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "scratch.h"
+#include "thrown.h"
 #include "vdb/reader.h"
 #include "vdb_test_util.h"
 
@@ -73,7 +75,7 @@ TEST(LyingFile, AFileThatLiesIsAnErrorThatNamesIt) {
   for (const auto& [what, bytes] : lies) {
     SCOPED_TRACE(what);
     const auto path = test::write_bytes("lie.vdb", bytes);
-    const std::string message = test::input_error([&] { VdbFile(path).read("density"); });
+    const std::string message = input_error([&] { VdbFile(path).read("density"); });
     EXPECT_EQ(message.find(path.string() + ":"), 0u) << message;
   }
 }

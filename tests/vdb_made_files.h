@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "psivox/vdb.h"
+#include "scratch.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 

@@ -1,7 +1,3 @@
-#define NANOVDB_USE_OPENVDB
-#define NANOVDB_USE_ZIP
-#define NANOVDB_USE_BLOSC
-
 #include "vdb_nano_made_file.h"
 
 #if __has_include(<nanovdb/tools/CreateNanoGrid.h>)
@@ -12,6 +8,7 @@ using nanovdb::tools::openToNanoVDB;
 using nanovdb::openToNanoVDB;
 #endif
 
+#include "scratch.h"
 #include "vdb_test_util.h"
 
 namespace psivox {

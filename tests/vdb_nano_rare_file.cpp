@@ -1,9 +1,5 @@
 // Grids that NanoVDB's conversion of an OpenVDB grid does not make by itself.
 
-#define NANOVDB_USE_OPENVDB
-#define NANOVDB_USE_ZIP
-#define NANOVDB_USE_BLOSC
-
 #include "vdb_nano_made_file.h"
 
 #if __has_include(<nanovdb/tools/CreateNanoGrid.h>)
@@ -15,6 +11,7 @@
 #include <nanovdb/util/OpenToNanoVDB.h>
 #endif
 
+#include "scratch.h"
 #include "vdb_test_util.h"
 
 namespace psivox {

@@ -11,6 +11,8 @@
 #include <string>
 #include <vector>
 
+#include "scratch.h"
+#include "thrown.h"
 #include "vdb/reader.h"
 #include "vdb_made_files.h"
 #include "vdb_nano_made_file.h"

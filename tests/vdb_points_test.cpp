@@ -4,6 +4,8 @@
 #include <openvdb/points/PointConversion.h>
 
 #include "psivox/medium.h"
+#include "scratch.h"
+#include "thrown.h"
 #include "vdb_made_files.h"
 
 namespace psivox {
@@ -98,7 +100,7 @@ TEST(Points, AttributesOfUnknownTypesArePassedOver) {
     bytes.replace(at, 4, "abcd");
     const VdbFile file(write_bytes("unknown.vdb", bytes));
     expect_counts(*grid, file.read("points"));
-    EXPECT_EQ(FieldSampler(file.read("after")).voxel({1, 1, 1}, 0), 3);
+    EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
   }
 }
 
@@ -160,7 +162,7 @@ void expect_activity(const Field& field) {
   EXPECT_EQ(field.channels, 1);
   EXPECT_EQ(field.active_voxels, 513u);
   EXPECT_EQ(field.notices, std::vector<std::string>{});
-  const FieldSampler sampler(field);
+  const FieldVoxels sampler(field);
   EXPECT_EQ(sampler.voxel({1, 2, 3}, 0), 1);
   EXPECT_EQ(sampler.voxel({1, 2, 4}, 0), 0);
   EXPECT_EQ(sampler.voxel({17, 7, 7}, 0), 1);
@@ -210,7 +212,7 @@ TEST(Activity, ColoursOfAnyBackgroundLightTheActiveVoxels) {
     scene.luminance_grid = "Cd";
     const MediumFields fields = read_fields(scene, VdbFile(write_vdb({grid})));
     EXPECT_EQ(fields.density->name, "Cd:active");
-    const FieldSampler density(*fields.density), colour(*fields.luminance);
+    const FieldVoxels density(*fields.density), colour(*fields.luminance);
     EXPECT_EQ(density.voxel({0, 0, 0}, 0), 1);
     EXPECT_EQ(density.voxel({1, 0, 0}, 0), 0);
     const double expected[] = {0.5, 0, 0.25};

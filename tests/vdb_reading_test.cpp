@@ -17,7 +17,9 @@
 #include "medium/value_range.h"
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
+#include "scratch.h"
 #include "thread_team.h"
+#include "thrown.h"
 #include "vdb/grid_types.h"
 #include "vdb_made_files.h"
 
@@ -152,15 +154,15 @@ TEST(VdbReading, AFieldThatIsHeldSharesItsValuesWithTheNextIfNoneChanges) {
   EXPECT_EQ(data.leaves.at(0).values, held.leaves.at(0).values);
   EXPECT_EQ(data.active_range, glm::vec2(4, 4));
   held = {};
-  EXPECT_EQ(test::FieldSampler(data).voxel({1, 2, 3}, 0), 4.0);
+  EXPECT_EQ(FieldVoxels(data).voxel({1, 2, 3}, 0), 4.0);
 
   // An attenuation must not be negative, data may be: neither field changes the other.
   const Field as_data = read("signed", GridRole::data);
   const Field as_attenuation = read("signed", GridRole::attenuation);
   const Field as_data_again = read("signed", GridRole::data);
-  EXPECT_EQ(test::FieldSampler(as_data).voxel({1, 2, 4}, 0), -4.0);
-  EXPECT_EQ(test::FieldSampler(as_attenuation).voxel({1, 2, 4}, 0), 0.0);
-  EXPECT_EQ(test::FieldSampler(as_data_again).voxel({1, 2, 4}, 0), -4.0);
+  EXPECT_EQ(FieldVoxels(as_data).voxel({1, 2, 4}, 0), -4.0);
+  EXPECT_EQ(FieldVoxels(as_attenuation).voxel({1, 2, 4}, 0), 0.0);
+  EXPECT_EQ(FieldVoxels(as_data_again).voxel({1, 2, 4}, 0), -4.0);
 }
 
 TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {

@@ -12,6 +12,7 @@
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "thread_team.h"
+#include "thrown.h"
 #include "vdb_made_files.h"
 
 namespace psivox {
@@ -142,7 +143,7 @@ TEST(VdbStoredValues, APartReadsItsLeavesAlone) {
   // from leaves -24..8, 0..16 and 8..24, which are 2113 bytes each, and gaps of one leaf at most
   EXPECT_EQ(part.leaves.size(), 5u * 3 * 3);
   EXPECT_LT(after.bytes - before.bytes, 45 * 2 * 2113);
-  const test::FieldSampler sampler(whole);
+  const FieldVoxels sampler(whole);
   for (const Leaf& leaf : part.leaves)
     EXPECT_EQ(double(leaf.values[74]), sampler.voxel(leaf.origin + glm::ivec3(1, 1, 2), 0));
   const Field same = part_of_field(whole, box);

@@ -8,6 +8,8 @@
 
 #include <random>
 
+#include "scratch.h"
+#include "thrown.h"
 #include "vdb_test_util.h"
 
 namespace psivox {
@@ -15,8 +17,6 @@ namespace {
 
 using test::assets_dir;
 using test::data_dir;
-using test::FieldSampler;
-using test::input_error;
 using test::openvdb_grid;
 
 #define SKIP_WITHOUT_DATA()                                                    \
@@ -30,7 +30,7 @@ using test::openvdb_grid;
 /// the largest corner), the test in double. 1e-6 of the largest corner leaves a factor of 2.
 template <typename GridT>
 void expect_same_values(const Field& field, const GridT& grid) {
-  const FieldSampler sampler(field);
+  const FieldVoxels sampler(field);
   const Box domain = field.domain();
   std::mt19937 random(7);
   for (int n = 0; n < 3000; ++n) {
@@ -127,7 +127,7 @@ TEST(VdbData, TheSameCloudWithAndWithoutTilesHasTheSameValues) {
   const Field tiles = VdbFile(data_dir() / "cloud_tiles.vdb").read("density");
   const Field voxels = VdbFile(data_dir() / "edge/cloud_voxelised.vdb").read("density");
   ASSERT_EQ(tiles.domain(), voxels.domain());
-  const FieldSampler a(tiles), b(voxels);
+  const FieldVoxels a(tiles), b(voxels);
   const Box domain = tiles.domain();
   for (int x = domain.min.x; x <= domain.max.x; ++x) {
     for (int y = domain.min.y; y <= domain.max.y; ++y) {
@@ -282,11 +282,11 @@ TEST(VdbAssets, AreReadAsMade) {
                                 openvdb_grid(assets_dir() / "slab.vdb", "density")));
 
   const Field ramp = VdbFile(assets_dir() / "ramp.vdb").read("density");
-  EXPECT_EQ(FieldSampler(ramp).trilinear({10.5, 3, 4}, 0), 11.5 / 32.0);
+  EXPECT_EQ(FieldVoxels(ramp).trilinear({10.5, 3, 4}, 0), 11.5 / 32.0);
 
   const Field single = VdbFile(assets_dir() / "single_voxel.vdb").read("density");
   EXPECT_EQ(single.domain(), (Box{{-1, -1, -1}, {1, 1, 1}}));
-  EXPECT_EQ(FieldSampler(single).trilinear({-0.5, -0.5, 0.5}, 0), 0.125);
+  EXPECT_EQ(FieldVoxels(single).trilinear({-0.5, -0.5, 0.5}, 0), 0.125);
 
   const VdbFile blobs(assets_dir() / "blobs.vdb");
   EXPECT_EQ(blobs.names(), (std::vector<std::string>{"density", "temperature", "color"}));

@@ -9,6 +9,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
+#include "thrown.h"
 #include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
@@ -52,7 +53,7 @@ TEST(VdbValues, PercentilesAreOfActiveVoxelsAndATileCountsAsItsVoxels) {
 TEST(VdbValues, ScalarsOfEveryTypeBecomeFloat) {
   const auto check = [](const Field& field, double voxel, double tile, double inactive) {
     EXPECT_EQ(field.channels, 1);
-    const FieldSampler sampler(field);
+    const FieldVoxels sampler(field);
     EXPECT_EQ(sampler.voxel({1, 2, 3}, 0), voxel);
     EXPECT_EQ(sampler.voxel({-3, 7, 12}, 0), tile);
     EXPECT_EQ(sampler.voxel({1, 2, 4}, 0), inactive);
@@ -70,7 +71,7 @@ TEST(VdbValues, ScalarsOfEveryTypeBecomeFloat) {
 TEST(VdbValues, VectorsOfEveryTypeAreInterleaved) {
   const auto check = [](const Field& field) {
     ASSERT_EQ(field.channels, 3);
-    const FieldSampler sampler(field);
+    const FieldVoxels sampler(field);
     for (int c = 0; c < 3; ++c) {
       EXPECT_EQ(sampler.voxel({1, 2, 3}, c), 1 + c);
       EXPECT_EQ(sampler.voxel({-3, 7, 12}, c), 4 + c);
@@ -93,7 +94,7 @@ TEST(VdbValues, HalfIsReadAsOpenVdbRoundsIt) {
   grid->tree().setValue(Coord(0), 0.1f);
   const VdbFile vdb(write_vdb({grid}));
   EXPECT_TRUE(vdb.info().at(0).saved_as_half);
-  EXPECT_EQ(FieldSampler(vdb.read("density")).voxel({0, 0, 0}, 0),
+  EXPECT_EQ(FieldVoxels(vdb.read("density")).voxel({0, 0, 0}, 0),
             static_cast<double>(static_cast<float>(openvdb::math::half(0.1f))));
 }
 
@@ -101,7 +102,7 @@ TEST(VdbValues, HalfIsReadAsOpenVdbRoundsIt) {
 /// voxels at (32, 0, 0) to 0.7.
 TEST(VdbValues, GridsOfHalfFloatsAreReadOrTheErrorNamesTheVersion) {
   const VdbFile vdb(test::assets_dir().parent_path() / "tests/recorded/openvdb-13-half.vdb");
-  EXPECT_EQ(FieldSampler(vdb.read("float")).voxel({1, 2, 3}, 0), 4.0);
+  EXPECT_EQ(FieldVoxels(vdb.read("float")).voxel({1, 2, 3}, 0), 4.0);
   if (OPENVDB_LIBRARY_MAJOR_VERSION_NUMBER < 13) {
     EXPECT_NE(input_error([&] { vdb.read("density"); }).find("since version 13; psivox uses"),
               std::string::npos);
@@ -109,7 +110,7 @@ TEST(VdbValues, GridsOfHalfFloatsAreReadOrTheErrorNamesTheVersion) {
   }
   EXPECT_EQ(vdb.info().at(0).value_type, "half");
   const Field field = vdb.read("density");
-  const FieldSampler read(field);
+  const FieldVoxels read(field);
   const auto rounded = [](float value) { return double(float(openvdb::math::half(value))); };
   for (int i = 0; i < 6; ++i)
     EXPECT_EQ(read.voxel({i, 2 * i, 3}, 0), rounded(0.1f * float(i + 1))) << i;
@@ -138,7 +139,7 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   EXPECT_EQ(field.replaced.negative, 3u);
   EXPECT_EQ(field.replaced.least, -3);
   ASSERT_EQ(field.tiles.size(), 2u);
-  const FieldSampler sampler(field);
+  const FieldVoxels sampler(field);
   const double expected[] = {0, 6.5, 0, 0, 5.5, 0, 0};
   for (int z = 0; z < 7; ++z) EXPECT_EQ(sampler.voxel({0, 0, z}, 0), expected[z]) << z;
   EXPECT_EQ(sampler.voxel({33, 1, 1}, 0), 6.5);
@@ -149,7 +150,7 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   EXPECT_EQ(data.notices.at(0), "grid 'x': 2 NaN, 1 -Inf values taken as 0; 2 +Inf taken as 6.5");
   EXPECT_EQ(data.replaced.nan, 2u);
   EXPECT_EQ(data.replaced.least, 0);
-  EXPECT_EQ(FieldSampler(data).voxel({0, 0, 3}, 0), -3.0);
+  EXPECT_EQ(FieldVoxels(data).voxel({0, 0, 3}, 0), -3.0);
 
   const std::string message = input_error([&] { vdb.read("x", {GridRole::attenuation, true}); });
   EXPECT_NE(message.find("grid 'x' is refused by strict reading: 2 NaN"), std::string::npos);
@@ -159,7 +160,7 @@ TEST(VdbValues, InfinityAloneBecomesOne) {
   auto grid = named<openvdb::DoubleGrid>("x");
   grid->tree().setValue(Coord(0), std::numeric_limits<double>::infinity());
   const Field field = VdbFile(write_vdb({grid})).read("x");
-  EXPECT_EQ(FieldSampler(field).voxel({0, 0, 0}, 0), 1.0);
+  EXPECT_EQ(FieldVoxels(field).voxel({0, 0, 0}, 0), 1.0);
   EXPECT_EQ(field.notices.at(0), "grid 'x': 1 +Inf taken as 1");
 }
 
@@ -170,7 +171,7 @@ TEST(VdbValues, TilesOfEveryWidth) {
   grid->tree().addTile(1, Coord(0, -8, 0), 1.0f, false);
   const Field field = VdbFile(write_vdb({grid})).read("t");
   ASSERT_EQ(field.tiles.size(), 3u);
-  const FieldSampler sampler(field);
+  const FieldVoxels sampler(field);
   EXPECT_EQ(sampler.voxel({8191, 4095, -1}, 0), 3.0);
   EXPECT_EQ(sampler.voxel({-1, 127, 127}, 0), 2.0);
   EXPECT_EQ(sampler.voxel({7, -1, 7}, 0), 1.0);
@@ -292,7 +293,7 @@ TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
             std::string::npos);
   const double voxel_size = field.world_from_index[0][0];
   EXPECT_LE(voxel_size, 0.05);
-  const FieldSampler sampler(field);
+  const FieldVoxels sampler(field);
   // Two interpolations, each off by at most h^2/8 * sum of second derivatives (16 * 3 here), with h
   // = 0.1 across the far end at worst: 0.06 together; far less where the Gaussian is flat.
   const glm::dvec3 origin(field.world_from_index[3]);
@@ -312,7 +313,7 @@ TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
   const glm::dvec3 index =
       (glm::dvec3(world[0], world[1], world[2]) - glm::dvec3(resampled.world_from_index[3])) /
       resampled.world_from_index[0][0];
-  EXPECT_NEAR(FieldSampler(resampled).trilinear(index, 0), 8.0, 1e-5);
+  EXPECT_NEAR(FieldVoxels(resampled).trilinear(index, 0), 8.0, 1e-5);
 }
 
 }  // namespace

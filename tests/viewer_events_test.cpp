@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "scratch.h"
 #include "view/benchmark.h"
 #include "viewer_hands.h"
 
@@ -65,8 +66,7 @@ TEST(ViewerEvents, HarmNothing) {
   const char* wanted = std::getenv("PSIVOX_EVENTS");
   const int events = wanted ? std::atoi(wanted) : 400;
   const fs::path before = fs::current_path();
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_events";
-  fs::create_directories(folder);
+  const fs::path folder = test::scratch_dir();
   fs::current_path(folder);  // some hit the button that saves the transfer function
   Hands hands(small(asset("blobs.vdb")));
   RandomHands random(hands, unsigned(events));
@@ -79,7 +79,6 @@ TEST(ViewerEvents, HarmNothing) {
   ASSERT_TRUE(hands.until_exact());
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
   fs::current_path(before);
-  fs::remove_all(folder);
 }
 
 }  // namespace

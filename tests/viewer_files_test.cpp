@@ -2,14 +2,15 @@
 // change.
 
 #include <gtest/gtest.h>
+#include <filesystem>
 
 #include <cstdlib>
-#include <filesystem>
 #include <glm/geometric.hpp>
 
 #include "base/text_file.h"
 #include "psivox/parameters.h"
 #include "scene/camera_file.h"
+#include "scratch.h"
 #include "viewer_hands.h"
 
 namespace psivox::view {
@@ -31,9 +32,7 @@ TEST(ViewerFiles, ReadsAChangedFileAgain) {
 }
 
 TEST(ViewerFiles, TheSavedPictureIsThatOfTheCopiedCommandLine) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_saved";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
+  const fs::path folder = test::empty_scratch_dir();
   Scene scene = small(asset("blobs.vdb"));
   scene.lights = {{{0.5, -1, -0.6}, {2, 2, 2}}};
   scene.background = glm::dvec3(0.1, 0.2, 0.3);
@@ -63,13 +62,10 @@ TEST(ViewerFiles, TheSavedPictureIsThatOfTheCopiedCommandLine) {
   const FileCamera camera = read_camera((folder / "camera.gltf").string(), false);
   ASSERT_TRUE(alone.camera_position);
   EXPECT_LE(glm::length(camera.position - *alone.camera_position), 1e-9);
-  fs::remove_all(folder);
 }
 
 TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_saved_function";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
+  const fs::path folder = test::empty_scratch_dir();
   const fs::path before = fs::current_path();
   fs::current_path(folder);  // the function is saved here
   Scene scene = small(asset("blobs.vdb"));
@@ -95,7 +91,6 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
   expect_same(*hands.viewer.exact_picture(), shown);
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
   fs::current_path(before);
-  fs::remove_all(folder);
 }
 
 TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {

@@ -1,15 +1,16 @@
 // The window's looks, slices and clips.
 
 #include <gtest/gtest.h>
+#include <filesystem>
 
 #include <cstdlib>
-#include <filesystem>
 #include <glm/geometric.hpp>
 
 #include "base/text_file.h"
 #include "psivox/image.h"
 #include "psivox/open.h"
 #include "psivox/parameters.h"
+#include "scratch.h"
 #include "viewer_hands.h"
 
 namespace psivox::view {
@@ -109,8 +110,7 @@ TEST(ViewerLook, AChosenLookReplacesTheLookAndKeepsTheCamera) {
 }
 
 TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_window_looks";
-  fs::create_directories(folder);
+  const fs::path folder = test::scratch_dir();
   write_text((folder / "amber.json").string(), R"({"luminance": [1, 0.6, 0.1]})");
   write_text((folder / "broken.json").string(), R"({"luminance": "bright"})");
   setenv("PSIVOX_LOOKS", folder.c_str(), 1);
@@ -137,7 +137,6 @@ TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   EXPECT_EQ(hands.viewer.look().text(), "amber");
   EXPECT_EQ(to_json(hands.viewer.scene()), to_json(amber));
   unsetenv("PSIVOX_LOOKS");
-  fs::remove_all(folder);
 }
 
 TEST(ViewerLook, TheModeXrayShowsItsDensestRaysJustBelowWhite) {

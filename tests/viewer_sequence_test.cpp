@@ -1,13 +1,13 @@
 // Sequences in the window.
 
 #include <gtest/gtest.h>
-
 #include <filesystem>
 
 #include "base/text_file.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
+#include "scratch.h"
 #include "viewer_hands.h"
 
 namespace psivox::view {
@@ -49,9 +49,7 @@ std::string constant_part(Scene scene) {
 }
 
 TEST(ViewerSequence, FramesOfASequenceFollowEachOther) {
-  const fs::path folder = fs::path(testing::TempDir()) / "psivox_frames";
-  fs::remove_all(folder);
-  fs::create_directories(folder);
+  const fs::path folder = test::empty_scratch_dir();
   const char* names[] = {"slab.vdb", "tiles.vdb", "ramp.vdb"};
   const int numbers[] = {1, 2, 4};
   for (int i = 0; i < 3; ++i)
@@ -69,7 +67,6 @@ TEST(ViewerSequence, FramesOfASequenceFollowEachOther) {
   hands.key(GLFW_KEY_SPACE);
   ASSERT_TRUE(hands.until_exact());
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
-  fs::remove_all(folder);
 }
 
 TEST(ViewerSequence, WhatAutoChoosesIsChosenOnceAndABadFrameIsPassed) {

@@ -12,7 +12,7 @@
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
 #include "psivox/vdb.h"
-#include "usage_error.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {

@@ -5,6 +5,7 @@
 #include <functional>
 #include <map>
 
+#include "scratch.h"
 #include "showing.h"
 #include "vdb_zoo_grids.h"
 
