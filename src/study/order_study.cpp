@@ -54,7 +54,7 @@ TextTable order_table(const std::vector<OrderRow>& rows) {
 }
 
 std::string order_csv(const std::vector<OrderRow>& rows) {
-  std::vector<CsvRow> out;
+  std::vector<Json> out;
   for (const OrderRow& row : rows) {
     const auto fitted = row.fitted();
     std::string way = row.way;
@@ -66,7 +66,7 @@ std::string order_csv(const std::vector<OrderRow>& rows) {
                      {"K", row.K},
                      {"length", error.first},
                      {"rms", error.second},
-                     {"fitted", double(std::ranges::count(fitted, error))},
+                     {"fitted", std::ranges::count(fitted, error)},
                      {"expected", row.expected},
                      {"observed", row.observed()}});
   }
@@ -74,17 +74,16 @@ std::string order_csv(const std::vector<OrderRow>& rows) {
 }
 
 std::string order_json(const std::vector<OrderRow>& rows) {
-  nlohmann::ordered_json out = {
-      {"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", PSIVOX_GIT_HASH}};
+  Json out = {{"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", PSIVOX_GIT_HASH}};
   for (const OrderRow& row : rows) {
-    nlohmann::ordered_json entry = {{"shrinks", of(row).name},
-                                    {"rays", row.rays},
-                                    {"way", row.way},
-                                    {"K", row.K},
-                                    {"expected", row.expected},
-                                    {"expected_about", row.about},
-                                    {"observed", row.observed()},
-                                    {"floor", row.floor}};
+    Json entry = {{"shrinks", of(row).name},
+                  {"rays", row.rays},
+                  {"way", row.way},
+                  {"K", row.K},
+                  {"expected", row.expected},
+                  {"expected_about", row.about},
+                  {"observed", row.observed()},
+                  {"floor", row.floor}};
     for (const LengthError& error : row.errors)
       entry["errors"].push_back({{"length", error.first}, {"rms", error.second}});
     out["orders"].push_back(std::move(entry));
@@ -114,10 +113,10 @@ void add_guides(Plot& plot, const std::vector<const OrderRow*>& rows) {
   }
 }
 
-NamedPlot order_plot(const std::string& name, const std::string& title,
-                     const std::vector<const OrderRow*>& rows) {
-  NamedPlot named{name, {}};
-  Plot& plot = named.plot;
+Plot order_plot(const std::string& name, const std::string& title,
+                const std::vector<const OrderRow*>& rows) {
+  Plot plot;
+  plot.name = name;
   plot.title = title;
   plot.x_label = of(*rows.front()).axis;
   plot.y_label = "RMS error of the radiance";
@@ -137,11 +136,11 @@ NamedPlot order_plot(const std::string& name, const std::string& title,
     plot.legend.push_back({text, ink, shape, true, corrected});
     ++i;
   }
-  return named;
+  return plot;
 }
 
-std::vector<NamedPlot> order_plots(const std::vector<OrderRow>& rows) {
-  std::vector<NamedPlot> plots;
+std::vector<Plot> order_plots(const std::vector<OrderRow>& rows) {
+  std::vector<Plot> plots;
   for (const Refinement& refinement : refinements)
     for (const char* rays : {"vacuum to vacuum", "from inside"}) {
       std::vector<const OrderRow*> chosen;
@@ -176,7 +175,7 @@ void run_order_study(const std::filesystem::path& folder, const Progress& progre
   std::string html;
   for (const Refinement& refinement : refinements)
     html += "<p><b>" + std::string(refinement.name) + "</b>: " + refinement.measured + "</p>\n";
-  for (const NamedPlot& plot : order_plots(rows)) html += write_plot(plot, folder);
+  for (const Plot& plot : order_plots(rows)) html += write_plot(plot, folder);
   write_sections(
       folder, "orders", "psivox study --orders",
       {{.text = "One length shrinks at a time. An order is the slope of the error over the length "

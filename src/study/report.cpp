@@ -153,11 +153,7 @@ Facts facts_of(const ForeignPoint& p) {
 }
 
 void add_row(TextTable& rows, const std::string& name, const Facts& facts) {
-  rows.push_back({name});
-  for (const auto& [label, text] : facts) {
-    if (rows.size() == 2) rows[0].push_back(label);
-    rows.back().push_back(text);
-  }
+  for (const auto& [label, text] : facts) set_cell(rows, name, label, text);
 }
 
 TextTable points_table(const StudyResults& results) {
@@ -201,6 +197,21 @@ TextTable cheapest_table(const StudyResults& results) {
                     cheapest(
                         rms, [](const StudyPoint& p) { return cpu_ms(p).median; }, " ms")});
   return rows;
+}
+
+const StudyPoint* find(const StudyResults& results, const std::string& rule,
+                       const std::string& sampling) {
+  for (const StudyPoint& point : results.points)
+    if (rule_name(point.variant) == rule && sampling_name(point.variant) == sampling) return &point;
+  return nullptr;
+}
+
+std::string cell(const StudyPoint& point, const StudyPoint* baseline) {
+  std::string text = two_digits(point.error.rms());
+  const double own = cpu_ms(point).median;
+  const double whole = baseline ? cpu_ms(*baseline).median : 0;
+  if (own > 0 && whole > 0) text += " (" + decimals(own / whole, 2) + ")";
+  return text;
 }
 
 std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
@@ -249,7 +260,7 @@ TextTable foreign_table(const StudyResults& results) {
 
 std::string plots(const StudyResults& results, const fs::path& folder) {
   std::string html;
-  for (const NamedPlot& named : plots_of(results)) html += write_plot(named, folder);
+  for (const Plot& plot : plots_of(results)) html += write_plot(plot, folder);
   return html + plot_facts(results);
 }
 
@@ -258,6 +269,23 @@ std::string plots(const StudyResults& results, const fs::path& folder) {
 std::string reference_name(const Variant& variant) {
   if (variant.resolution.x == 0) return "reference";
   return "reference_" + parameter_text(scene_of(variant, {}), "resolution");
+}
+
+TextTable rules_table(const StudyResults& results) {
+  TextTable rows = {{"rule"}};
+  for (const StudyPoint& point : results.points) {
+    const std::string column = sampling_name(point.variant);
+    set_cell(rows, rule_name(point.variant), column,
+             cell(point, find(results, "porter-duff", column)));
+  }
+  return rows;
+}
+
+TextTable skipped_table(const StudyResults& results) {
+  TextTable rows = {{"skipped", "why"}};
+  for (const auto& [variants, reason] : skipped_lines(results.skipped))
+    rows.push_back({variants, html_text(reason)});
+  return rows;
 }
 
 void write_report(const StudyResults& results, const fs::path& folder) {

@@ -53,8 +53,8 @@ std::string same_as(const StudyPoint& point);
 /// differ in their rule alone.
 std::vector<const StudyPoint*> same_pictures(const StudyResults& results, const StudyPoint& point);
 
-/// Half a step of 8 bits.
-inline constexpr double eight_bits_error = 0.5 / 255;
+/// Whether a picture of 8 bits hardly tells the point's picture from the reference: by half a step.
+bool within_eight_bits(const StudyPoint& point);
 inline constexpr const char* eight_bits_note =
     "Within 8 bits: 99 % of the values of radiance and of alpha differ from the reference by at "
     "most 1/510. Of all settings, the one with the fewest look-ups counts; where others have at "
@@ -92,9 +92,6 @@ std::string reference_name(const Variant& variant);
 /// Writes results.md, the plots and index.html of the points that `results` has. The pictures must
 /// be in the folder.
 void write_report(const StudyResults& results, const std::filesystem::path& folder);
-
-/// A header and one line per point, with all digits of each number.
-std::string results_csv(const StudyResults& results);
 
 /// A table with a row per rule and a column per sampling.
 TextTable rules_table(const StudyResults& results);
