@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "psivox/parameters.h"
 #include "study/page.h"
@@ -243,6 +244,25 @@ std::string conclusion_text(const StudyResults& results) {
                            : from() + settings(*fine) + ": " + look_ups(*fine);
   }
   return text + "." + no_winner_note(scene, lists_rules);
+}
+
+Json conclusion_json(const StudyResults& results) {
+  const Conclusion conclusion = conclusion_of(results);
+  const auto advice = [&](const StudyPoint* p) -> Json {
+    if (!p) return nullptr;
+    Json rules = Json::array();
+    for (const StudyPoint* same : same_pictures(results, *p))
+      rules.push_back(rule_name(same->variant));
+    return {{"options", options_of(p->variant)},
+            {"rules", std::move(rules)},
+            {"rms", p->error.rms()},
+            {"samples_per_ray", p->samples_per_ray}};
+  };
+  Json out = {{"sentence", conclusion_text(results)},
+              {"eight_bits", advice(conclusion.eight_bits)},
+              {"fine", advice(conclusion.fine)}};
+  if (conclusion.fine) out["fine"]["from_rms"] = conclusion.fine_rms;
+  return out;
 }
 
 }  // namespace psivox

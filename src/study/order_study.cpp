@@ -53,41 +53,41 @@ TextTable order_table(const std::vector<OrderRow>& rows) {
   return table;
 }
 
+Json json_of(const OrderRow& row) {
+  Json json = {{"shrinks", of(row).name},
+               {"rays", row.rays},
+               {"way", row.way},
+               {"K", row.K},
+               {"expected", row.expected},
+               {"expected_about", row.about},
+               {"observed", row.observed()},
+               {"floor", row.floor}};
+  for (const auto& [length, rms] : row.errors)
+    json["errors"].push_back({{"length", length}, {"rms", rms}});
+  return json;
+}
+
 std::string order_csv(const std::vector<OrderRow>& rows) {
-  std::vector<Json> out;
+  std::vector<Json> lines;
   for (const OrderRow& row : rows) {
     const auto fitted = row.fitted();
     std::string way = row.way;
     std::ranges::replace(way, ',', ';');
-    for (const LengthError& error : row.errors)
-      out.push_back({{"shrinks", of(row).name},
-                     {"rays", row.rays},
-                     {"way", way},
-                     {"K", row.K},
-                     {"length", error.first},
-                     {"rms", error.second},
-                     {"fitted", std::ranges::count(fitted, error)},
-                     {"expected", row.expected},
-                     {"observed", row.observed()}});
+    Json line = json_of(row);
+    line["way"] = way;
+    for (const LengthError& error : row.errors) {
+      line["length"] = error.first;
+      line["rms"] = error.second;
+      line["fitted"] = std::ranges::count(fitted, error);
+      lines.push_back(line);
+    }
   }
-  return csv_text(out);
+  return csv_text(lines, "shrinks,rays,way,K,length,rms,fitted,expected,observed");
 }
 
 std::string order_json(const std::vector<OrderRow>& rows) {
   Json out = {{"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", PSIVOX_GIT_HASH}};
-  for (const OrderRow& row : rows) {
-    Json entry = {{"shrinks", of(row).name},
-                  {"rays", row.rays},
-                  {"way", row.way},
-                  {"K", row.K},
-                  {"expected", row.expected},
-                  {"expected_about", row.about},
-                  {"observed", row.observed()},
-                  {"floor", row.floor}};
-    for (const LengthError& error : row.errors)
-      entry["errors"].push_back({{"length", error.first}, {"rms", error.second}});
-    out["orders"].push_back(std::move(entry));
-  }
+  for (const OrderRow& row : rows) out["orders"].push_back(json_of(row));
   return out.dump(1) + "\n";
 }
 

@@ -303,6 +303,7 @@ void write_sections(const fs::path& folder, const std::string& name, const std::
                     const std::vector<Section>& sections) {
   std::string markdown, page;
   for (const Section& s : sections) {
+    if (s.table.size() == 1) continue;
     if (!s.title.empty()) page += "<h2>" + s.title + "</h2>\n";
     if (!s.text.empty()) page += "<p>" + s.text + "</p>\n";
     page += s.html;

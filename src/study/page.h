@@ -47,8 +47,8 @@ std::string csv_text(const std::vector<Json>& rows);
 enum class Cells { numbers, words };
 std::string html_table(const TextTable& rows, Cells cells = Cells::numbers);
 std::string markdown_table(const TextTable& rows);
-/// Sets the cell of a row and a column, which it adds if they are new: their names are in the first
-/// column and the first row. Cells that are never set are "–".
+/// Sets a cell by the names of its row and its column, which stand in the first column and the
+/// first row. Adds the row or column if the table lacks it. A cell that is never set is "–".
 void set_cell(TextTable& table, const std::string& row, const std::string& column,
               const std::string& text);
 
@@ -62,7 +62,8 @@ struct Section {
   std::string markdown{};  ///< before the text, in Markdown alone
 };
 
-/// Writes the sections to NAME.md and, as a page of that title, to index.html.
+/// Writes the sections to NAME.md and, as a page of that title, to index.html. It leaves out those
+/// whose table has a head alone.
 void write_sections(const std::filesystem::path& folder, const std::string& name,
                     const std::string& title, const std::vector<Section>& sections);
 
@@ -142,7 +143,7 @@ std::vector<PlotPoint> pareto_front(std::vector<PlotPoint> points, double margin
 /// interactive chart that replaces the SVG where scripts run.
 std::string write_plot(const Plot& plot, const std::filesystem::path& folder);
 
-/// HTML that a page's charts show for a point, found by the point's name. Once per page.
+/// HTML of the facts that charts show beside points, by the points' names. Once per page.
 std::string html_facts(const std::map<std::string, Facts>& facts);
 
 /// The points of one rule and sampling, joined in their order.

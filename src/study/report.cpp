@@ -190,12 +190,10 @@ TextTable cheapest_table(const StudyResults& results) {
     if (!best) return "–";
     return variant_name(best->variant) + ": " + decimals(cost(*best), 1) + unit;
   };
+  const auto look_ups = [](const StudyPoint& p) { return p.samples_per_ray; };
+  const auto time = [](const StudyPoint& p) { return cpu_ms(p).median; };
   for (const double rms : usual_rms)
-    rows.push_back({power_text(rms),
-                    cheapest(
-                        rms, [](const StudyPoint& p) { return p.samples_per_ray; }, ""),
-                    cheapest(
-                        rms, [](const StudyPoint& p) { return cpu_ms(p).median; }, " ms")});
+    rows.push_back({power_text(rms), cheapest(rms, look_ups, ""), cheapest(rms, time, " ms")});
   return rows;
 }
 
@@ -281,53 +279,55 @@ TextTable rules_table(const StudyResults& results) {
   return rows;
 }
 
-TextTable skipped_table(const StudyResults& results) {
+TextTable skipped_table(const std::vector<SkippedVariant>& skipped) {
   TextTable rows = {{"skipped", "why"}};
-  for (const auto& [variants, reason] : skipped_lines(results.skipped))
-    rows.push_back({variants, html_text(reason)});
+  for (const SkippedVariant& s : skipped) {
+    const std::string rule = rule_name(s.variant) + ": ", sampling = sampling_name(s.variant);
+    const std::string reason = html_text(s.reason);
+    const auto row = std::ranges::find_if(
+        rows, [&](const auto& cells) { return cells[0].starts_with(rule) && cells[1] == reason; });
+    if (row == rows.end())
+      rows.push_back({rule + sampling, reason});
+    else
+      row->front() += ", " + sampling;
+  }
   return rows;
 }
 
 void write_report(const StudyResults& results, const fs::path& folder) {
-  std::vector<Section> sections = {
-      {.html = first_screen(results, references(results, folder)),
-       .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
-                   command_of(results) + "\n```\n\n"},
-      {"Cheapest ways to an error",
-       "Error is the RMS over R G B A of the GPU's picture less the reference, in linear radiance. "
-       "For each error the table names the measured variant that stays below it with the fewest "
-       "field look-ups per ray, and the one with the least processor time.",
-       cheapest_table(results), Cells::words},
-      {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
-      {"Rules by samplings",
-       "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
-       "processor time of the march over that of porter-duff in the same column.",
-       rules_table(results)},
-      {"What an error takes",
-       "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
-       "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
-       "already reaches the RMS; –: no point reaches it.",
-       needs_table(results)},
-      {.title = "All numbers",
-       .html = "<p>Times are medians, with the quartiles in parentheses. The step error is the "
-               "march in double less the reference; the arithmetic error is the GPU's picture less "
-               "the march in double.</p>\n" +
-               html_table(points_table(results))}};
-  if (!results.foreign.empty())
-    sections.insert(
-        sections.begin() + 3,
-        Section{
-            "Other renderers",
-            "Pictures of other renderers, through the same camera, less the reference. A picture "
-            "whose "
-            "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
-            "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
-            foreign_table(results)});
-  if (!results.skipped.empty())
-    sections.push_back({"Skipped", "", skipped_table(results), Cells::words});
-  sections.push_back({.title = "Pictures", .html = gallery(results, folder)});
-  sections.push_back({.title = "Scene", .html = "<pre>" + html_text(results.scene) + "</pre>\n"});
-  write_sections(folder, "results", "psivox study", sections);
+  write_sections(
+      folder, "results", "psivox study",
+      {{.html = first_screen(results, references(results, folder)),
+        .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
+                    command_of(results) + "\n```\n\n"},
+       {"Cheapest ways to an error",
+        "Error is the RMS over R G B A of the GPU's picture less the reference, in linear "
+        "radiance. For each error the table names the measured variant that stays below it with "
+        "the fewest field look-ups per ray, and the one with the least processor time.",
+        cheapest_table(results), Cells::words},
+       {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
+       {"Other renderers",
+        "Pictures of other renderers, through the same camera, less the reference. A picture whose "
+        "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
+        "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
+        foreign_table(results)},
+       {"Rules by samplings",
+        "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
+        "processor time of the march over that of porter-duff in the same column.",
+        rules_table(results)},
+       {"What an error takes",
+        "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
+        "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
+        "already reaches the RMS; –: no point reaches it.",
+        needs_table(results)},
+       {.title = "All numbers",
+        .html = "<p>Times are medians, with the quartiles in parentheses. The step error is the "
+                "march in double less the reference; the arithmetic error is the GPU's picture "
+                "less the march in double.</p>\n" +
+                html_table(points_table(results))},
+       {"Skipped", "", skipped_table(results.skipped), Cells::words},
+       {.title = "Pictures", .html = gallery(results, folder)},
+       {.title = "Scene", .html = "<pre>" + html_text(results.scene) + "</pre>\n"}});
 }
 
 }  // namespace psivox

@@ -135,25 +135,6 @@ ForeignPoint foreign_from(const Json& j) {
           j.at("difference_scale")};
 }
 
-Json conclusion_json(const StudyResults& results) {
-  const Conclusion conclusion = conclusion_of(results);
-  const auto advice = [&](const StudyPoint* p) -> Json {
-    if (!p) return nullptr;
-    Json rules = Json::array();
-    for (const StudyPoint* same : same_pictures(results, *p))
-      rules.push_back(rule_name(same->variant));
-    return {{"options", options_of(p->variant)},
-            {"rules", std::move(rules)},
-            {"rms", p->error.rms()},
-            {"samples_per_ray", p->samples_per_ray}};
-  };
-  Json out = {{"sentence", conclusion_text(results)},
-              {"eight_bits", advice(conclusion.eight_bits)},
-              {"fine", advice(conclusion.fine)}};
-  if (conclusion.fine) out["fine"]["from_rms"] = conclusion.fine_rms;
-  return out;
-}
-
 /// The scene without the name of its file, because the same file may have another name.
 Json scene_without_input(const std::string& text) {
   Json scene = Json::parse(text);

@@ -60,10 +60,6 @@ struct SkippedVariant {
   std::string reason;
 };
 
-/// Variants and the reason, one line per rule and reason: "cell-exact: step 4, step 2".
-std::vector<std::pair<std::string, std::string>> skipped_lines(
-    const std::vector<SkippedVariant>& skipped);
-
 struct StudyPlan {
   std::vector<Variant> variants;  ///< grouped by texel and filter
   std::vector<SkippedVariant> skipped;

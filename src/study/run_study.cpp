@@ -239,9 +239,10 @@ class StudyRun {
     point.atlas_bytes = drawn.atlas.bytes();
     point.difference_scale = point.error.full_color();
     if (options_.split) {
-      PictureError step_error;
-      point.arithmetic = split(variant, drawn, step_error);
-      point.step_error = step_error;
+      wish.count = false;
+      const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
+      point.step_error = picture_error(exact, reference);
+      point.arithmetic = picture_error(drawn.image, exact);
     }
     const std::string file = file_name(variant) + ".png";
     write_image(difference_picture(drawn.image, reference, point.difference_scale),
@@ -269,15 +270,6 @@ class StudyRun {
     const PreparationTimes& before = drawn.times;
     points_[i]->times.push_back(
         {before.plan_ms + stats.march_ms, stats.gpu_ms, before.plan_cpu_ms + stats.cpu_ms});
-  }
-
-  /// Step and arithmetic error, both from one march in double.
-  PictureError split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
-    Wish wish = pictures_.wish_of(variant);
-    wish.plan = drawn.plan;
-    const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
-    step_error = picture_error(exact, pictures_.reference(variant));
-    return picture_error(drawn.image, exact);
   }
 
   /// The name of a point that differs from this one in its rule alone and has the same picture but

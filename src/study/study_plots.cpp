@@ -228,12 +228,10 @@ std::vector<Plot> plots_of(const StudyResults& results) {
     plot.name = name;
     plots.push_back(std::move(plot));
   };
-  add(
-      "error-step", "Error by step", "uniform step [voxels]",
-      [](const StudyPoint& p) { return Spread{p.variant.method.step}; }, false);
-  add(
-      "error-samples", "Error by look-ups", "field look-ups per ray",
-      [](const StudyPoint& p) { return Spread{p.samples_per_ray}; }, true);
+  const auto step = [](const StudyPoint& p) { return Spread{p.variant.method.step}; };
+  const auto look_ups = [](const StudyPoint& p) { return Spread{p.samples_per_ray}; };
+  add("error-step", "Error by step", "uniform step [voxels]", step, false);
+  add("error-samples", "Error by look-ups", "field look-ups per ray", look_ups, true);
   if (clock_note(results).empty())
     add("error-time", "Error by the GPU's time",
         "time of the draws by the GPU's timer [ms], median and quartiles", gpu_ms, true, true);

@@ -123,11 +123,11 @@ class SuiteRun {
     }
   }
 
-  /// Frees what pictures take.
+  /// Frees the sessions and the references.
   void forget() { sessions_.clear(), references_.clear(); }
-  /// Of the picture of one variant, in look-ups, if rays go through 100 voxels.
+  /// The work of a variant's picture [look-ups], as if rays crossed 100 voxels.
   double work(const Variant& v) const { return rays() * of_ray(v) / std::pow(part(v), 2); }
-  /// Of the reference, relative to look-ups of the GPU's march with a software driver.
+  /// The work of the reference [look-ups of the march by a software driver].
   double reference_work() const { return 3000 * rays(); }
 
   SuiteResult result;

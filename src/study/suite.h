@@ -97,12 +97,12 @@ struct OrderRow {
   bool about = false;                 ///< the rule has an error that does not fall with the length
   double floor = 0;                   ///< errors below it are rounding
   std::vector<LengthError> errors{};  ///< RMS of the radiance, from coarse to fine
-  double scatter = 0.1;               ///< of the order: of pictures' errors it is more
+  double scatter = 0.1;               ///< how far the observed order may be from the expected one
 
   std::vector<LengthError> fitted() const { return finest_four(errors, floor); }
   double observed() const { return fitted_order(fitted()); }
   bool is_measured() const { return fitted().size() > 2; }
-  /// Whether theory gives the order that was measured.
+  /// Whether there is an order to hold: an expected one, and enough errors above rounding.
   bool is_held() const { return expected > 0 && !about && is_measured(); }
   bool holds() const { return !is_held() || std::abs(observed() - expected) <= scatter; }
   /// A sentence that says that it does not hold.
