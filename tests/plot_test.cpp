@@ -35,25 +35,26 @@ TEST(Plot, SvgHasItsColoursAndText) {
       .x_label = "x",
       .y_label = "y",
       .series = {{{{1, 1}, {2, 2}}, {255, 0, 0}}, {{{1, 2}}, {0, 0, 255}, Shape::square}},
-      .legend = {},
-      .front = {}};
+      .legend = {}};
   const std::string page = svg_of(plot);
   for (const char* part : {"stroke=\"#ff0000\"", "fill=\"#0000ff\"", ">a &lt; b<", "</svg>"})
     EXPECT_NE(page.find(part), std::string::npos) << part;
 }
 
 TEST(Plot, PageHoldsItsData) {
-  NamedPlot named{"name", {}};
-  named.plot.title = "a < b";
-  named.plot.series.push_back({{{1, 0.5, "</script>"}, {2, 0.25, "b", 1.5, 4}, {0, 1, "no place"}},
-                               Ink{31, 119, 180},
-                               Shape::square,
-                               true,
-                               {"rule", "cells"}});
-  named.plot.legend.push_back({"rule", Ink{31, 119, 180}});
-  named.plot.front = {{2, 0.25, "b"}};
+  Plot plot;
+  plot.name = "name";
+  plot.title = "a < b";
+  plot.series.push_back({{{1, 0.5, "</script>"}, {2, 0.25, "b", 1.5, 4}, {0, 1, "no place"}},
+                         Ink{31, 119, 180},
+                         Shape::square,
+                         true,
+                         {"rule", "cells"}});
+  plot.legend.push_back({"rule", Ink{31, 119, 180}});
+  plot.series.push_back(
+      {{{2, 0.25, "b"}}, Ink{200, 0, 0}, Shape::ring, true, {"Pareto front"}, /*front=*/true});
   const std::filesystem::path folder = testing::TempDir();
-  const std::string html = write_plot(named, folder);
+  const std::string html = write_plot(plot, folder);
   EXPECT_NE(html.find("<h3>a &lt; b</h3><a href=\"name.svg\">"), std::string::npos) << html;
   EXPECT_NE(html.find(read_text((folder / "name.svg").string(), "plot")), std::string::npos);
 

@@ -92,7 +92,7 @@ TEST(Plots, ProcessorTimeAloneWhereOtherWorkDisturbsWallTime) {
   for (StudyPoint& point : r.points) point.times = {{10, 10, 20}, {14, 14, 20.5}, {30, 30, 21}};
   EXPECT_NE(clock_note(r).find("wall times scatter by 71 %"), std::string::npos) << clock_note(r);
   const auto has = [&](const char* name) {
-    return std::ranges::any_of(plots_of(r), [&](const NamedPlot& p) { return p.name == name; });
+    return std::ranges::any_of(plots_of(r), [&](const Plot& p) { return p.name == name; });
   };
   EXPECT_FALSE(has("error-time"));
   EXPECT_TRUE(has("error-cpu"));

@@ -95,10 +95,14 @@ TEST(PictureError, LeavesOutWhatIsNotFinite) {
 }
 
 TEST(ParetoFront, KeepsWhatNothingBeats) {
-  //                                0        1        2        3        4        5
-  const std::vector<Cost> costs = {{3, 1}, {1, 5}, {2, 5}, {2, 2}, {5, 0.5}, {4, 3}};
-  EXPECT_EQ(pareto_front(costs), (std::vector<std::size_t>{1, 3, 0, 4}));
-  EXPECT_EQ(pareto_front(costs, 0.55), (std::vector<std::size_t>{1, 3, 4}));
+  const std::vector<PlotPoint> costs = {{3, 1}, {1, 5}, {2, 5}, {2, 2}, {5, 0.5}, {4, 3}};
+  const auto errors = [&](double margin) {
+    std::vector<double> all;
+    for (const PlotPoint& point : pareto_front(costs, margin)) all.push_back(point.y);
+    return all;
+  };
+  EXPECT_EQ(errors(0), (std::vector<double>{5, 2, 1, 0.5}));
+  EXPECT_EQ(errors(0.55), (std::vector<double>{5, 2, 0.5}));
   EXPECT_TRUE(pareto_front({}).empty());
 }
 

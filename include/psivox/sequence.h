@@ -86,7 +86,7 @@ struct SequenceScene {
 ///   range       from the least to the greatest value
 ///   brightness of light and flame: the least, so that the brightest frame is not clipped
 ///   camera      frames the subjects of all
-///   isovalue and what else: of the file with the least extinction
+///   isovalue and all else: those of the file with the least extinction
 /// `instead`: the sequence's files, of which the nearest replaces one that cannot be read.
 /// Throws what make_view throws.
 SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> samples,

@@ -25,21 +25,18 @@ Scene framed_for_turn(const Scene& scene, const Subject& subject) {
   constexpr int sides = 24;
   Scene framed = scene;
   if (!framed.camera_target) framed.camera_target = middle_of(subject);
-  Camera farthest;
-  double distance = -1;
+  double distance = 0, half_width = 0;
   for (int i = 0; i < sides; ++i) {
     framed.azimuth = scene.azimuth + 360.0 * i / sides;
     const Camera camera = make_camera(framed, subject);
-    const double away = glm::length(camera.position - camera.target);
-    if (away <= distance && camera.half_width <= farthest.half_width) continue;
-    distance = std::max(distance, away);
-    farthest.half_width = std::max(i ? farthest.half_width : 0, camera.half_width);
+    distance = std::max(distance, glm::length(camera.position - camera.target));
+    half_width = std::max(half_width, camera.half_width);
   }
   framed.azimuth = scene.azimuth;
   const Camera first = make_camera(framed, subject);
   keep_camera(framed, first);
   framed.camera_position = first.target - distance * first.forward;
-  if (first.orthographic) framed.ortho_width = 2 * farthest.half_width;
+  if (first.orthographic) framed.ortho_width = 2 * half_width;
   return framed;
 }
 

@@ -19,8 +19,8 @@ namespace psivox {
 /// its target. The scene's camera must be set.
 Scene turned(Scene scene, double angle);
 
-/// The scene with a camera that turns around the subject's middle and frames it from all sides, at
-/// a distance that is the same for all; as it is if the scene sets the camera's position.
+/// The scene with a camera that frames the subject from every side at one distance, so that it can
+/// turn around the subject's middle. Unchanged if the scene sets the camera's position.
 Scene framed_for_turn(const Scene& scene, const Subject& subject);
 
 /// The view with its camera moved so that it looks at its own subject as the default camera does,

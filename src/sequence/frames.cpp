@@ -121,7 +121,7 @@ std::optional<SequenceFiles> frames_within(const std::string& path) {
   }
 }
 
-/// Files that are looked at for a flame.
+/// The most files that are searched for a flame.
 constexpr std::size_t most_surveyed = 64;
 
 /// Voxels that burn; unset if the file has no grid of a flame, or cannot be read.
@@ -289,7 +289,7 @@ std::vector<std::string> auto_samples(const SequenceFiles& files) {
     std::uint64_t voxels = 0;
     const std::size_t count = std::min(paths.size(), most_surveyed);
     for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t n = count == 1 ? 0 : i * (paths.size() - 1) / (count - 1);
+      const std::size_t n = i * (paths.size() - 1) / (count - 1);
       if (const std::uint64_t burning = burning_voxels(paths[n]).value_or(0); burning > voxels) {
         voxels = burning;
         most = n;

@@ -30,7 +30,7 @@ Sample sample_of(Scene scene, const std::string& path, const std::string& open_l
   return {std::move(looked), std::move(view.scene), std::move(view.subject), dark};
 }
 
-/// What most of some names are, of the later one if there is no most; `first` if it is among them.
+/// The most frequent name, of equals the later; `first` if it is among them.
 std::string common_name(const std::vector<std::string>& names, const std::string& first) {
   std::string best;
   for (const std::string& name : names) {
@@ -41,14 +41,14 @@ std::string common_name(const std::vector<std::string>& names, const std::string
   return best;
 }
 
-/// A film with a fire in any frame is one of fire.
+/// `fire` if any frame burns, else the most frequent look.
 std::string common_look(const std::vector<Sample>& samples) {
   std::vector<std::string> looks;
   for (const Sample& sample : samples) looks.push_back(sample.looked.look);
   return common_name(looks, "fire");
 }
 
-/// One grid for all: where it is empty in a frame, that frame shows nothing of it.
+/// The grid of all frames. A frame in which it is empty shows nothing of it.
 std::string common_grid(std::span<const std::string> paths) {
   std::vector<std::string> grids;
   for (const std::string& path : paths) grids.push_back(VdbFile(path).default_grid(/*empty=*/true));
@@ -171,7 +171,7 @@ std::vector<std::string> readable(const Scene& scene, std::span<const std::strin
   return found;
 }
 
-/// The files that choose: those that are not empty. If one leaves nothing open, it is enough.
+/// A sample of each file that is not empty; of one file, if the scene leaves nothing open.
 std::vector<Sample> samples_of(const Scene& scene, std::span<const std::string> paths,
                                const std::string& open_look, bool background) {
   std::vector<Sample> samples;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "psivox/parameters.h"
 #include "study/page.h"
@@ -51,8 +52,7 @@ std::vector<const StudyPoint*> largest_pictures(const StudyResults& results) {
   for (const StudyPoint& p : results.points) most = std::max(most, pixels(p));
   std::vector<const StudyPoint*> points;
   for (const StudyPoint& p : results.points)
-    if (pixels(p) == most && !p.error.radiance.not_finite && !p.error.alpha.not_finite)
-      points.push_back(&p);
+    if (pixels(p) == most && !p.error.not_finite()) points.push_back(&p);
   return points;
 }
 
@@ -71,10 +71,6 @@ const StudyPoint* cheapest(std::vector<const StudyPoint*> points, const Conditio
   keep_least(points, same_time, [](const StudyPoint& p) { return cpu_ms(p).median; });
   keep_least(points, same_error, [](const StudyPoint& p) { return p.error.rms(); });
   return points.front();
-}
-
-bool within_eight_bits(const StudyPoint& p) {
-  return std::max(p.error.radiance.p99, p.error.alpha.p99) <= eight_bits_error;
 }
 
 std::string look_ups(const StudyPoint& p) {
@@ -105,6 +101,14 @@ std::vector<Variant> same_variants(const StudyResults& results, const StudyPoint
   return variants;
 }
 
+/// "34.1, 12 ms"; upper bounds have "≤" in front.
+std::string need_text(const Need& need) {
+  if (!need.samples_per_ray) return "–";
+  std::string text = (need.at_most ? "≤ " : "") + decimals(*need.samples_per_ray, 1);
+  if (*need.cpu_ms > 0) text += ", " + decimals(*need.cpu_ms, 1) + " ms";
+  return text;
+}
+
 }  // namespace
 
 std::string power_text(double rms) { return "1e" + decimals(std::log10(rms), 0); }
@@ -132,6 +136,17 @@ std::vector<Need> needs_of(const StudyResults& results, const std::vector<double
   for (const StudyCurve& curve : curves_of(points))
     for (const double rms : rms_wanted) needs.push_back(need_of(curve, rms));
   return needs;
+}
+
+TextTable needs_table(const StudyResults& results) {
+  TextTable rows = {{"rule"}};
+  for (const Need& need : needs_of(results))
+    set_cell(rows, variant_name(need.variant), "RMS " + power_text(need.rms), need_text(need));
+  return rows;
+}
+
+bool within_eight_bits(const StudyPoint& p) {
+  return !p.error.not_finite() && std::max(p.error.radiance.p99, p.error.alpha.p99) <= 0.5 / 255;
 }
 
 std::string same_as(const StudyPoint& point) {
@@ -229,6 +244,25 @@ std::string conclusion_text(const StudyResults& results) {
                            : from() + settings(*fine) + ": " + look_ups(*fine);
   }
   return text + "." + no_winner_note(scene, lists_rules);
+}
+
+Json conclusion_json(const StudyResults& results) {
+  const Conclusion conclusion = conclusion_of(results);
+  const auto advice = [&](const StudyPoint* p) -> Json {
+    if (!p) return nullptr;
+    Json rules = Json::array();
+    for (const StudyPoint* same : same_pictures(results, *p))
+      rules.push_back(rule_name(same->variant));
+    return {{"options", options_of(p->variant)},
+            {"rules", std::move(rules)},
+            {"rms", p->error.rms()},
+            {"samples_per_ray", p->samples_per_ray}};
+  };
+  Json out = {{"sentence", conclusion_text(results)},
+              {"eight_bits", advice(conclusion.eight_bits)},
+              {"fine", advice(conclusion.fine)}};
+  if (conclusion.fine) out["fine"]["from_rms"] = conclusion.fine_rms;
+  return out;
 }
 
 }  // namespace psivox

@@ -53,42 +53,41 @@ TextTable order_table(const std::vector<OrderRow>& rows) {
   return table;
 }
 
+Json json_of(const OrderRow& row) {
+  Json json = {{"shrinks", of(row).name},
+               {"rays", row.rays},
+               {"way", row.way},
+               {"K", row.K},
+               {"expected", row.expected},
+               {"expected_about", row.about},
+               {"observed", row.observed()},
+               {"floor", row.floor}};
+  for (const auto& [length, rms] : row.errors)
+    json["errors"].push_back({{"length", length}, {"rms", rms}});
+  return json;
+}
+
 std::string order_csv(const std::vector<OrderRow>& rows) {
-  std::vector<CsvRow> out;
+  std::vector<Json> lines;
   for (const OrderRow& row : rows) {
     const auto fitted = row.fitted();
     std::string way = row.way;
     std::ranges::replace(way, ',', ';');
-    for (const LengthError& error : row.errors)
-      out.push_back({{"shrinks", of(row).name},
-                     {"rays", row.rays},
-                     {"way", way},
-                     {"K", row.K},
-                     {"length", error.first},
-                     {"rms", error.second},
-                     {"fitted", double(std::ranges::count(fitted, error))},
-                     {"expected", row.expected},
-                     {"observed", row.observed()}});
+    Json line = json_of(row);
+    line["way"] = way;
+    for (const LengthError& error : row.errors) {
+      line["length"] = error.first;
+      line["rms"] = error.second;
+      line["fitted"] = std::ranges::count(fitted, error);
+      lines.push_back(line);
+    }
   }
-  return csv_text(out);
+  return csv_text(lines, "shrinks,rays,way,K,length,rms,fitted,expected,observed");
 }
 
 std::string order_json(const std::vector<OrderRow>& rows) {
-  nlohmann::ordered_json out = {
-      {"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", PSIVOX_GIT_HASH}};
-  for (const OrderRow& row : rows) {
-    nlohmann::ordered_json entry = {{"shrinks", of(row).name},
-                                    {"rays", row.rays},
-                                    {"way", row.way},
-                                    {"K", row.K},
-                                    {"expected", row.expected},
-                                    {"expected_about", row.about},
-                                    {"observed", row.observed()},
-                                    {"floor", row.floor}};
-    for (const LengthError& error : row.errors)
-      entry["errors"].push_back({{"length", error.first}, {"rms", error.second}});
-    out["orders"].push_back(std::move(entry));
-  }
+  Json out = {{"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", PSIVOX_GIT_HASH}};
+  for (const OrderRow& row : rows) out["orders"].push_back(json_of(row));
   return out.dump(1) + "\n";
 }
 
@@ -114,10 +113,10 @@ void add_guides(Plot& plot, const std::vector<const OrderRow*>& rows) {
   }
 }
 
-NamedPlot order_plot(const std::string& name, const std::string& title,
-                     const std::vector<const OrderRow*>& rows) {
-  NamedPlot named{name, {}};
-  Plot& plot = named.plot;
+Plot order_plot(const std::string& name, const std::string& title,
+                const std::vector<const OrderRow*>& rows) {
+  Plot plot;
+  plot.name = name;
   plot.title = title;
   plot.x_label = of(*rows.front()).axis;
   plot.y_label = "RMS error of the radiance";
@@ -137,11 +136,11 @@ NamedPlot order_plot(const std::string& name, const std::string& title,
     plot.legend.push_back({text, ink, shape, true, corrected});
     ++i;
   }
-  return named;
+  return plot;
 }
 
-std::vector<NamedPlot> order_plots(const std::vector<OrderRow>& rows) {
-  std::vector<NamedPlot> plots;
+std::vector<Plot> order_plots(const std::vector<OrderRow>& rows) {
+  std::vector<Plot> plots;
   for (const Refinement& refinement : refinements)
     for (const char* rays : {"vacuum to vacuum", "from inside"}) {
       std::vector<const OrderRow*> chosen;
@@ -176,7 +175,7 @@ void run_order_study(const std::filesystem::path& folder, const Progress& progre
   std::string html;
   for (const Refinement& refinement : refinements)
     html += "<p><b>" + std::string(refinement.name) + "</b>: " + refinement.measured + "</p>\n";
-  for (const NamedPlot& plot : order_plots(rows)) html += write_plot(plot, folder);
+  for (const Plot& plot : order_plots(rows)) html += write_plot(plot, folder);
   write_sections(
       folder, "orders", "psivox study --orders",
       {{.text = "One length shrinks at a time. An order is the slope of the error over the length "

@@ -107,9 +107,9 @@ Image voxel_picture(View view, const VoxelMethod& method, double voxel) {
 
 double bump_rms(const View& view, const Image& image) {
   ErrorSum sum;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x)
-      sum.add(pixel(image, x, y, 0) - bump_radiance(pixel_ray(view, x, y)), sum.count);
+  for_pixels(view, image, [&](const WorldRay& ray, const float* rgba) {
+    sum.add(rgba[0] - bump_radiance(ray), sum.count);
+  });
   return sum.rms();
 }
 

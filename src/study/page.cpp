@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "base/text_file.h"
@@ -55,13 +56,10 @@ std::string html_page(const std::string& title, const std::string& body) {
          "</body>\n</html>\n";
 }
 
-/// A line of CSV. It quotes nothing: no name in a study has a comma or a quote.
-std::string csv_line(const std::vector<std::string>& cells) { return joined(cells) + "\n"; }
-
 constexpr int least_width = 900, page_height = 560;
 constexpr double letter_width = 6.5;  ///< approximate width of a letter of the legend
 constexpr double left = 80, right = 690, top = 40, bottom = 500;  ///< the box of the axes
-constexpr Ink black{20, 20, 20}, grey{225, 225, 225}, dark_grey{185, 185, 185}, red{200, 0, 0};
+constexpr Ink black{20, 20, 20}, grey{225, 225, 225}, dark_grey{185, 185, 185};
 
 /// A logarithmic axis: the values `first` and `last` are at `from` and `to` on the page.
 struct Axis {
@@ -129,8 +127,7 @@ class PlotPage {
 
   std::string drawn() {
     axes();
-    for (const Series& series : plot_.series) curve(series);
-    front();
+    for (const Series& series : plot_.series) series.front ? front(series) : curve(series);
     legend();
     return formatted(R"(<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 %d %d" width="%d" )"
                      R"(height="%d" font-family="sans-serif" font-size="12">)",
@@ -193,10 +190,15 @@ class PlotPage {
     text(22, (top + bottom) / 2, plot_.y_label, "middle", true);
   }
 
-  void curve(const Series& series) {
+  std::vector<std::pair<double, double>> places_of(const Series& series) const {
     std::vector<std::pair<double, double>> places;
     for (const PlotPoint& point : series.points)
       if (has_place(point)) places.emplace_back(x_.at(point.x), y_.at(point.y));
+    return places;
+  }
+
+  void curve(const Series& series) {
+    const auto places = places_of(series);
     for (std::size_t i = 1; i < places.size(); ++i)
       line(places[i - 1].first, places[i - 1].second, places[i].first, places[i].second, 1.4,
            series.ink, series.dashed ? 4 : 0);
@@ -206,15 +208,15 @@ class PlotPage {
         line(x_.at(p.lower), y_.at(p.y), x_.at(p.upper), y_.at(p.y), 1, series.ink);
   }
 
-  void front() {
-    const Series front = front_series(plot_);
-    for (std::size_t i = 0; i < front.points.size(); ++i) {
-      const double x = x_.at(front.points[i].x), y = y_.at(front.points[i].y);
-      mark(x, y, front_radius, front.shape, front.ink);
-      if (i + 1 == front.points.size()) continue;
-      const double next_x = x_.at(front.points[i + 1].x);
-      line(x, y, next_x, y, 1, front.ink, 3);
-      line(next_x, y, next_x, y_.at(front.points[i + 1].y), 1, front.ink, 3);
+  void front(const Series& series) {
+    const auto places = places_of(series);
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const auto [x, y] = places[i];
+      mark(x, y, front_radius, series.shape, series.ink);
+      if (i + 1 == places.size()) continue;
+      const auto [next_x, next_y] = places[i + 1];
+      line(x, y, next_x, y, 1, series.ink, 3);
+      line(next_x, y, next_x, next_y, 1, series.ink, 3);
     }
   }
 
@@ -236,19 +238,25 @@ class PlotPage {
 
 }  // namespace
 
-std::string csv_text(const std::vector<CsvRow>& rows, const CsvRow& columns) {
-  std::vector<std::string> cells;
-  for (const auto& [name, cell] : columns) cells.push_back(name);
-  std::string out = csv_line(cells);
-  for (const CsvRow& row : rows) {
-    cells.clear();
-    for (const auto& [name, cell] : columns) {
-      const auto own = std::ranges::find(row, name, &CsvRow::value_type::first);
-      cells.push_back(own == row.end() ? "" : own->second.text);
+std::string csv_text(const std::vector<Json>& rows, const std::string& head) {
+  std::string out = head + "\n";
+  for (const Json& row : rows) {
+    std::vector<std::string> cells;
+    for (const std::string& name : split(head)) {
+      const Json value = row.value(name, Json());
+      cells.push_back(value.is_string()   ? value.get<std::string>()
+                      : value.is_number() ? number_text(value.get<double>())
+                                          : "");
     }
-    out += csv_line(cells);
+    out += joined(cells) + "\n";
   }
   return out;
+}
+
+std::string csv_text(const std::vector<Json>& rows) {
+  std::vector<std::string> names;
+  for (const auto& [name, value] : rows.front().items()) names.push_back(name);
+  return csv_text(rows, joined(names));
 }
 
 std::string markdown_table(const TextTable& rows) {
@@ -261,6 +269,21 @@ std::string markdown_table(const TextTable& rows) {
     out += "|\n";
   }
   return out;
+}
+
+void set_cell(TextTable& table, const std::string& row, const std::string& column,
+              const std::string& text) {
+  const auto column_at = std::ranges::find(table.front(), column) - table.front().begin();
+  if (std::size_t(column_at) == table.front().size()) {
+    for (auto& cells : table) cells.emplace_back("–");
+    table.front().back() = column;
+  }
+  auto own = std::ranges::find(table, row, [](const auto& cells) { return cells.front(); });
+  if (own == table.end()) {
+    own = table.insert(own, std::vector<std::string>(table.front().size(), "–"));
+    own->front() = row;
+  }
+  (*own)[std::size_t(column_at)] = text;
 }
 
 std::string html_table(const TextTable& rows, Cells cells) {
@@ -280,6 +303,7 @@ void write_sections(const fs::path& folder, const std::string& name, const std::
                     const std::vector<Section>& sections) {
   std::string markdown, page;
   for (const Section& s : sections) {
+    if (s.table.size() == 1) continue;
     if (!s.title.empty()) page += "<h2>" + s.title + "</h2>\n";
     if (!s.text.empty()) page += "<p>" + s.text + "</p>\n";
     page += s.html;
@@ -308,18 +332,6 @@ std::string hex(Ink ink) { return formatted("#%02x%02x%02x", ink.r, ink.g, ink.b
 
 bool has_place(const PlotPoint& point) {
   return point.x > 0 && point.y > 0 && std::isfinite(point.x) && std::isfinite(point.y);
-}
-
-LegendEntry front_entry() {
-  return {.text = "Pareto front", .ink = red, .shape = Shape::ring, .radius = front_radius};
-}
-
-Series front_series(const Plot& plot) {
-  const LegendEntry entry = front_entry();
-  Series series{{}, entry.ink, entry.shape, true, {entry.text}};
-  for (const PlotPoint& point : plot.front)
-    if (has_place(point)) series.points.push_back(point);
-  return series;
 }
 
 std::string svg_of(const Plot& plot) { return PlotPage(plot).drawn(); }

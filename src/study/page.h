@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -33,25 +34,23 @@ using TextTable = std::vector<std::vector<std::string>>;
 /// Names and texts that describe a point.
 using Facts = std::vector<std::pair<std::string, std::string>>;
 
-/// A cell of CSV: a text without comma and quote, or a number with all its digits.
-struct CsvCell {
-  CsvCell(std::string words) : text(std::move(words)) {}
-  CsvCell(const char* words) : text(words) {}
-  CsvCell(double number) : text(number_text(number)) {}
-  std::string text;
-};
-/// Cells by the names of their columns.
-using CsvRow = std::vector<std::pair<std::string, CsvCell>>;
-/// The rows below the names of `columns`. What a row lacks is empty.
-std::string csv_text(const std::vector<CsvRow>& rows, const CsvRow& columns);
-inline std::string csv_text(const std::vector<CsvRow>& rows) {
-  return csv_text(rows, rows.front());
-}
+using Json = nlohmann::ordered_json;
+
+/// CSV of rows of values by name: the line `head` of names with commas, and below it each row's
+/// numbers, with all their digits, and texts, which have neither comma nor quote. A value that a
+/// row lacks, or that is null, is empty.
+std::string csv_text(const std::vector<Json>& rows, const std::string& head);
+/// The head has the names of the first row.
+std::string csv_text(const std::vector<Json>& rows);
 
 /// Cells of words are left-aligned and wrap, numbers are right-aligned.
 enum class Cells { numbers, words };
 std::string html_table(const TextTable& rows, Cells cells = Cells::numbers);
 std::string markdown_table(const TextTable& rows);
+/// Sets a cell by the names of its row and its column, which stand in the first column and the
+/// first row. Adds the row or column if the table lacks it. A cell that is never set is "–".
+void set_cell(TextTable& table, const std::string& row, const std::string& column,
+              const std::string& text);
 
 /// A part of a study's report.
 struct Section {
@@ -63,7 +62,8 @@ struct Section {
   std::string markdown{};  ///< before the text, in Markdown alone
 };
 
-/// Writes the sections to NAME.md and, as a page of that title, to index.html.
+/// Writes the sections to NAME.md and, as a page of that title, to index.html. It leaves out those
+/// whose table has a head alone.
 void write_sections(const std::filesystem::path& folder, const std::string& name,
                     const std::string& title, const std::vector<Section>& sections);
 
@@ -110,6 +110,7 @@ struct Series {
   Shape shape = Shape::disc;
   bool dashed = false;
   std::vector<std::string> entries{};  ///< its texts in the legend
+  bool front = false;                  ///< a Pareto front: marked by rings, and joined by steps
 };
 
 /// Radii of marks, and of the rings of the front around them [pixels].
@@ -129,33 +130,20 @@ struct Plot {
   std::string title, x_label, y_label;
   std::vector<Series> series;
   std::vector<LegendEntry> legend;
-  std::vector<PlotPoint> front;  ///< the Pareto front: marked, and joined by steps
+  std::string name{};  ///< of its file
 };
-
-/// The front as a series of rings, and its entry in the legend.
-Series front_series(const Plot& plot);
-LegendEntry front_entry();
 
 std::string svg_of(const Plot& plot);
 
-struct Cost {
-  double time = 0, error = 0;
-};
-
-/// Indices of the Pareto front, by time. A point joins the front if its error is less than (1 -
-/// margin) times the least error of the cheaper points.
-std::vector<std::size_t> pareto_front(const std::vector<Cost>& costs, double margin = 0);
-
-struct NamedPlot {
-  std::string name;  ///< of its file
-  Plot plot;
-};
+/// The Pareto front of costs x and errors y, by cost. A point joins the front if its error is less
+/// than (1 - margin) times the least error of the cheaper points.
+std::vector<PlotPoint> pareto_front(std::vector<PlotPoint> points, double margin = 0);
 
 /// Writes the plot as NAME.svg to the folder. Returns HTML: the SVG, and the plot's data for the
 /// interactive chart that replaces the SVG where scripts run.
-std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder);
+std::string write_plot(const Plot& plot, const std::filesystem::path& folder);
 
-/// HTML that a page's charts show for a point, found by the point's name. Once per page.
+/// HTML of the facts that charts show beside points, by the points' names. Once per page.
 std::string html_facts(const std::map<std::string, Facts>& facts);
 
 /// The points of one rule and sampling, joined in their order.
@@ -175,14 +163,9 @@ Ink ink_of(Integrator rule);
 std::string clock_note(const StudyResults& results);
 
 /// Plots of error by step, by look-ups, by GPU time if the driver has a timer, and by CPU time.
-std::vector<NamedPlot> plots_of(const StudyResults& results);
-
-struct NamedStudy {
-  std::string name;  ///< of its folder
-  StudyResults results;
-};
+std::vector<Plot> plots_of(const StudyResults& results);
 
 /// RMS by look-ups per ray: geometric means over the studies, at every RMS that all of them reach.
-NamedPlot look_ups_plot(const std::vector<NamedStudy>& studies);
+Plot look_ups_plot(const std::vector<StudyResults>& studies);
 
 }  // namespace psivox

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <nlohmann/json.hpp>
 
 #include "base/statistics.h"
 #include "base/text_file.h"
@@ -134,7 +135,7 @@ std::vector<Integrator> segment_rules() {
 
 /// The tables and pictures of one domain and measure. Calls `did` after each rule.
 Section section_of(const Domain& domain, const Measure& measure, const fs::path& folder,
-                   const std::function<void()>& did, std::vector<CsvRow>& csv) {
+                   const std::function<void()>& did, std::vector<Json>& csv) {
   Section section{.title = std::string(measure.title) + ": " + domain.caption,
                   .table = {{"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}}};
   std::string figures;
@@ -143,17 +144,17 @@ Section section_of(const Domain& domain, const Measure& measure, const fs::path&
     const std::string name = rule_name({{.integrator = rule}});
     const std::string file = std::string(domain.name) + "_" + measure.name + "_" + name + "_";
     section.table.push_back({name});
-    CsvRow& row = csv.emplace_back(
-        CsvRow{{"integrator", name}, {"ends", domain.name}, {"error", measure.name}});
+    Json row = {{"integrator", name}, {"ends", domain.name}, {"error", measure.name}};
     for (const Quantity& quantity : quantities) {
       const ErrorSum sum = surface.sum(quantity.member);
-      row.emplace_back(std::string(quantity.name) + "_rms", sum.rms());
-      row.emplace_back(std::string(quantity.name) + "_max", sum.max);
+      row[std::string(quantity.name) + "_rms"] = sum.rms();
+      row[std::string(quantity.name) + "_max"] = sum.max;
       section.table.back().push_back(two_digits(sum.rms()) + " (" + two_digits(sum.max) + ")");
       const fs::path png = folder / "pictures" / (file + quantity.name + ".png");
       write_image(surface.picture(quantity.member, sum.max), png);
       figures += html_figure(png, name + ", " + quantity.name + ": ±" + two_digits(sum.max), cells);
     }
+    csv.push_back(std::move(row));
     did();
   }
   section.html = "<div class=\"gallery\">\n" + figures + "</div>\n";
@@ -177,7 +178,7 @@ void run_psi_study(const fs::path& folder, const Progress& progress) {
     done += 1;
     if (progress) progress(done / (4 * double(segment_rules().size())));
   };
-  std::vector<CsvRow> csv;
+  std::vector<Json> csv;
   for (const Measure& measure : measures)
     for (const Domain& domain : domains)
       sections.push_back(section_of(domain, measure, folder, did, csv));

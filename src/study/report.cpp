@@ -157,11 +157,7 @@ Facts facts_of(const ForeignPoint& p) {
 }
 
 void add_row(TextTable& rows, const std::string& name, const Facts& facts) {
-  rows.push_back({name});
-  for (const auto& [label, text] : facts) {
-    if (rows.size() == 2) rows[0].push_back(label);
-    rows.back().push_back(text);
-  }
+  for (const auto& [label, text] : facts) set_cell(rows, name, label, text);
 }
 
 TextTable points_table(const StudyResults& results) {
@@ -198,13 +194,26 @@ TextTable cheapest_table(const StudyResults& results) {
     if (!best) return "–";
     return variant_name(best->variant) + ": " + decimals(cost(*best), 1) + unit;
   };
+  const auto look_ups = [](const StudyPoint& p) { return p.samples_per_ray; };
+  const auto time = [](const StudyPoint& p) { return cpu_ms(p).median; };
   for (const double rms : usual_rms)
-    rows.push_back({power_text(rms),
-                    cheapest(
-                        rms, [](const StudyPoint& p) { return p.samples_per_ray; }, ""),
-                    cheapest(
-                        rms, [](const StudyPoint& p) { return cpu_ms(p).median; }, " ms")});
+    rows.push_back({power_text(rms), cheapest(rms, look_ups, ""), cheapest(rms, time, " ms")});
   return rows;
+}
+
+const StudyPoint* find(const StudyResults& results, const std::string& rule,
+                       const std::string& sampling) {
+  for (const StudyPoint& point : results.points)
+    if (rule_name(point.variant) == rule && sampling_name(point.variant) == sampling) return &point;
+  return nullptr;
+}
+
+std::string cell(const StudyPoint& point, const StudyPoint* baseline) {
+  std::string text = two_digits(point.error.rms());
+  const double own = cpu_ms(point).median;
+  const double whole = baseline ? cpu_ms(*baseline).median : 0;
+  if (own > 0 && whole > 0) text += " (" + decimals(own / whole, 2) + ")";
+  return text;
 }
 
 std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
@@ -253,7 +262,7 @@ TextTable foreign_table(const StudyResults& results) {
 
 std::string plots(const StudyResults& results, const fs::path& folder) {
   std::string html;
-  for (const NamedPlot& named : plots_of(results)) html += write_plot(named, folder);
+  for (const Plot& plot : plots_of(results)) html += write_plot(plot, folder);
   return html + plot_facts(results);
 }
 
@@ -264,46 +273,65 @@ std::string reference_name(const Variant& variant) {
   return "reference_" + parameter_text(scene_of(variant, {}), "resolution");
 }
 
+TextTable rules_table(const StudyResults& results) {
+  TextTable rows = {{"rule"}};
+  for (const StudyPoint& point : results.points) {
+    const std::string column = sampling_name(point.variant);
+    set_cell(rows, rule_name(point.variant), column,
+             cell(point, find(results, "porter-duff", column)));
+  }
+  return rows;
+}
+
+TextTable skipped_table(const std::vector<SkippedVariant>& skipped) {
+  TextTable rows = {{"skipped", "why"}};
+  for (const SkippedVariant& s : skipped) {
+    const std::string rule = rule_name(s.variant) + ": ", sampling = sampling_name(s.variant);
+    const std::string reason = html_text(s.reason);
+    const auto row = std::ranges::find_if(
+        rows, [&](const auto& cells) { return cells[0].starts_with(rule) && cells[1] == reason; });
+    if (row == rows.end())
+      rows.push_back({rule + sampling, reason});
+    else
+      row->front() += ", " + sampling;
+  }
+  return rows;
+}
+
 void write_report(const StudyResults& results, const fs::path& folder) {
-  std::vector<Section> sections = {
-      {.html = first_screen(results, references(results, folder)),
-       .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
-                   command_of(results) + "\n```\n\n"},
-      {"Cheapest ways to an error",
-       "Error is the RMS over R G B A of the GPU's picture less the reference, in linear radiance. "
-       "For each error the table names the measured variant that stays below it with the fewest "
-       "field look-ups per ray, and the one with the least processor time.",
-       cheapest_table(results), Cells::words},
-      {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
-      {"Rules by samplings",
-       "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
-       "processor time of the march over that of porter-duff in the same column.",
-       rules_table(results)},
-      {"What an error takes",
-       "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
-       "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
-       "already reaches the RMS; –: no point reaches it.",
-       needs_table(results)},
-      {.title = "All numbers",
-       .html = "<p>Times are medians, with the quartiles in parentheses. The step error is the "
-               "march in double less the reference; the arithmetic error is the GPU's picture less "
-               "the march in double.</p>\n" +
-               html_table(points_table(results))}};
-  if (!results.foreign.empty())
-    sections.insert(
-        sections.begin() + 3,
-        Section{
-            "Other renderers",
-            "Pictures of other renderers, through the same camera, less the reference. A picture "
-            "whose "
-            "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
-            "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
-            foreign_table(results)});
-  if (!results.skipped.empty())
-    sections.push_back({"Skipped", "", skipped_table(results), Cells::words});
-  sections.push_back({.title = "Pictures", .html = gallery(results, folder)});
-  sections.push_back({.title = "Scene", .html = "<pre>" + html_text(results.scene) + "</pre>\n"});
-  write_sections(folder, "results", "psivox study", sections);
+  write_sections(
+      folder, "results", "psivox study",
+      {{.html = first_screen(results, references(results, folder)),
+        .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
+                    command_of(results) + "\n```\n\n"},
+       {"Cheapest ways to an error",
+        "Error is the RMS over R G B A of the GPU's picture less the reference, in linear "
+        "radiance. For each error the table names the measured variant that stays below it with "
+        "the fewest field look-ups per ray, and the one with the least processor time.",
+        cheapest_table(results), Cells::words},
+       {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
+       {"Other renderers",
+        "Pictures of other renderers, through the same camera, less the reference. A picture whose "
+        "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
+        "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
+        foreign_table(results)},
+       {"Rules by samplings",
+        "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
+        "processor time of the march over that of porter-duff in the same column.",
+        rules_table(results)},
+       {"What an error takes",
+        "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
+        "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
+        "already reaches the RMS; –: no point reaches it.",
+        needs_table(results)},
+       {.title = "All numbers",
+        .html = "<p>Times are medians, with the quartiles in parentheses. The step error is the "
+                "march in double less the reference; the arithmetic error is the GPU's picture "
+                "less the march in double.</p>\n" +
+                html_table(points_table(results))},
+       {"Skipped", "", skipped_table(results.skipped), Cells::words},
+       {.title = "Pictures", .html = gallery(results, folder)},
+       {.title = "Scene", .html = "<pre>" + html_text(results.scene) + "</pre>\n"}});
 }
 
 }  // namespace psivox

@@ -38,8 +38,7 @@ std::vector<Need> needs_of(const StudyResults& results,
 /// What a study recommends, by its own numbers. Of points whose pictures differ by rounding alone
 /// it is the one by the default rule, or else the first.
 struct Conclusion {
-  /// The cheapest point that is within 8 bits: 99 % of the values of radiance and of alpha differ
-  /// by at most half a step from the reference. Null: there is none.
+  /// The cheapest point that is within 8 bits. Null: there is none.
   const StudyPoint* eight_bits = nullptr;
   /// The cheapest point at the smallest RMS that any point reaches, in powers of ten, and the
   /// largest such RMS from which on it stays the cheapest. Null: no point reaches 1e-2.
@@ -53,8 +52,9 @@ std::string same_as(const StudyPoint& point);
 /// differ in their rule alone.
 std::vector<const StudyPoint*> same_pictures(const StudyResults& results, const StudyPoint& point);
 
-/// Half a step of 8 bits.
-inline constexpr double eight_bits_error = 0.5 / 255;
+/// Whether 99 % of the values of radiance and of alpha differ by at most half a step of 8 bits, and
+/// all are finite.
+bool within_eight_bits(const StudyPoint& point);
 inline constexpr const char* eight_bits_note =
     "Within 8 bits: 99 % of the values of radiance and of alpha differ from the reference by at "
     "most 1/510. Of all settings, the one with the fewest look-ups counts; where others have at "
@@ -77,6 +77,8 @@ std::string no_winner_note(const Scene& scene, bool lists_rules);
 
 /// The conclusion in a sentence or two, with options in backquotes; empty without points.
 std::string conclusion_text(const StudyResults& results);
+/// The same as results.json has it.
+Json conclusion_json(const StudyResults& results);
 
 /// The folders of pictures in a study's folder. Each has a `file_name(variant)`.png for each point.
 inline constexpr const char* pictures_folder = "pictures";
@@ -93,14 +95,11 @@ std::string reference_name(const Variant& variant);
 /// be in the folder.
 void write_report(const StudyResults& results, const std::filesystem::path& folder);
 
-/// A header and one line per point, with all digits of each number.
-std::string results_csv(const StudyResults& results);
-
 /// A table with a row per rule and a column per sampling.
 TextTable rules_table(const StudyResults& results);
 /// needs_of() as a readable table: a row for each rule and sampling, a column for each RMS.
 TextTable needs_table(const StudyResults& results);
-/// A row for each reason why variants are skipped.
-TextTable skipped_table(const StudyResults& results);
+/// A row for each rule and reason: "cell-exact: step 4, step 2".
+TextTable skipped_table(const std::vector<SkippedVariant>& skipped);
 
 }  // namespace psivox

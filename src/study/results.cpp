@@ -1,25 +1,21 @@
 #include "study/results.h"
 
-#include <sys/utsname.h>
-
 #include <algorithm>
-#include <fstream>
+#include <cmath>
+#include <limits>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "app/command_text.h"
 #include "base/text.h"
 #include "base/text_file.h"
-#include "field/leaf_values.h"
-#include "git_hash.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "study/page.h"
 #include "study/report.h"
 
 namespace psivox {
 namespace {
 
-using Json = nlohmann::ordered_json;
 constexpr int format_version = 1;
 
 Json json_of(const Variant& v) {
@@ -139,25 +135,6 @@ ForeignPoint foreign_from(const Json& j) {
           j.at("difference_scale")};
 }
 
-Json conclusion_json(const StudyResults& results) {
-  const Conclusion conclusion = conclusion_of(results);
-  const auto advice = [&](const StudyPoint* p) -> Json {
-    if (!p) return nullptr;
-    Json rules = Json::array();
-    for (const StudyPoint* same : same_pictures(results, *p))
-      rules.push_back(rule_name(same->variant));
-    return {{"options", options_of(p->variant)},
-            {"rules", std::move(rules)},
-            {"rms", p->error.rms()},
-            {"samples_per_ray", p->samples_per_ray}};
-  };
-  Json out = {{"sentence", conclusion_text(results)},
-              {"eight_bits", advice(conclusion.eight_bits)},
-              {"fine", advice(conclusion.fine)}};
-  if (conclusion.fine) out["fine"]["from_rms"] = conclusion.fine_rms;
-  return out;
-}
-
 /// The scene without the name of its file, because the same file may have another name.
 Json scene_without_input(const std::string& text) {
   Json scene = Json::parse(text);
@@ -165,55 +142,112 @@ Json scene_without_input(const std::string& text) {
   return scene;
 }
 
-/// The processor's name; "unknown" if the machine does not say.
-std::string processor_name() {
-  std::ifstream file("/proc/cpuinfo");
-  for (std::string line; std::getline(file, line);) {
-    const std::size_t colon = line.find(": ");
-    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+/// The columns of results.csv: numbers of a point's JSON by their paths, without `error_` in front,
+/// and the median, quartiles and ends of its times.
+constexpr const char* csv_head =
+    "renderer,integrator,sampling,segments,step,filter,texel,resolution,tolerance,estimate,rms,"
+    "radiance_rms,radiance_max,radiance_max_x,radiance_max_y,radiance_p99,radiance_mean,"
+    "radiance_not_finite,alpha_rms,alpha_max,alpha_max_x,alpha_max_y,alpha_p99,alpha_mean,"
+    "alpha_not_finite,step_error_radiance_rms,step_error_radiance_max,step_error_alpha_rms,"
+    "step_error_alpha_max,arithmetic_error_radiance_rms,arithmetic_error_radiance_max,"
+    "arithmetic_error_alpha_rms,arithmetic_error_alpha_max,samples_per_ray,steps_per_ray,"
+    "atlas_bytes,repeats,gpu_ms_median,gpu_ms_lower,gpu_ms_upper,gpu_ms_min,gpu_ms_max,"
+    "wall_ms_median,wall_ms_lower,wall_ms_upper,wall_ms_min,wall_ms_max,cpu_ms_median,"
+    "cpu_ms_lower,cpu_ms_upper,cpu_ms_min,cpu_ms_max";
+
+/// {"error": {"radiance": {"rms": 1}}} becomes {"radiance_rms": 1}.
+Json flat(const Json& nested) {
+  const Json leaves = nested.flatten();
+  Json row = Json::object();
+  for (const auto& [path, value] : leaves.items()) {
+    std::string name = path.substr(path.starts_with("/error/") ? 7 : 1);
+    std::ranges::replace(name, '/', '_');
+    row[name] = value;
   }
-  return "unknown";
+  return row;
 }
 
-std::string system_name() {
-  utsname name{};
-  if (uname(&name) != 0) return "unknown";
-  return std::string(name.sysname) + " " + name.release + " " + name.machine;
+Json csv_row(const StudyPoint& p, const Scene& base) {
+  const Variant marched = p.chosen.value_or(p.variant);
+  const Scene scene = scene_of(marched, base);
+  Json row = flat(json_of(p));
+  row["renderer"] = "psivox";
+  for (const char* name : {"integrator", "sampling", "filter", "texel", "resolution"})
+    row[name] = parameter_text(scene, name);
+  row["segments"] = marched.method.segments;
+  row["step"] = marched.method.step;
+  row["tolerance"] = p.variant.tolerance.value_or(0);
+  row["estimate"] = p.estimate;
+  row["repeats"] = p.times.size();
+  const auto add = [&](const std::string& clock, const Spread& s) {
+    row.update({{clock + "_median", s.median},
+                {clock + "_lower", s.lower},
+                {clock + "_upper", s.upper},
+                {clock + "_min", s.min},
+                {clock + "_max", s.max}});
+  };
+  add("gpu_ms", gpu_ms(p));
+  add("wall_ms", wall_ms(p));
+  add("cpu_ms", cpu_ms(p));
+  return row;
 }
 
-/// FNV-1a, 64 bits in hexadecimal.
-class Hash {
- public:
-  void add(const char* bytes, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      value_ = (value_ ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3u;
-  }
-  std::string text() const { return formatted("%016llx", static_cast<unsigned long long>(value_)); }
-
- private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
-};
-
-std::string file_hash(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  Hash hash;
-  std::vector<char> block(1 << 20);
-  while (file.read(block.data(), std::streamsize(block.size())) || file.gcount() > 0)
-    hash.add(block.data(), std::size_t(file.gcount()));
-  if (!file.eof()) throw Error(ExitCode::input, "cannot read " + in_quotes(path.string()));
-  return hash.text();
+/// What is known of another renderer.
+Json csv_row(const ForeignPoint& p) {
+  Json error = json_of(p.error);
+  error["rms"] = p.rms();
+  if (p.opaque) error.erase("alpha");
+  Json row = flat(error);
+  row["renderer"] = p.picture.name;
+  row["resolution"] = formatted("%dx%d", p.resolution.x, p.resolution.y);
+  if (p.picture.time_ms > 0) row["wall_ms_median"] = p.picture.time_ms;
+  return row;
 }
 
-std::string values_hash(const Field& field) {
-  Hash hash;
-  for (const Leaf& leaf : field.leaves) {
-    const OrderedValues values(field, leaf);
-    hash.add(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
-  }
-  return hash.text();
+/// The deviation of a - b in the channels from `first` to `last` - 1.
+Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size_t last) {
+  ErrorSum sum;
+  std::vector<double> absolute;
+  std::uint64_t not_finite = 0;
+  const std::size_t pixels = a.rgba().size() / 4, width = std::size_t(a.width);
+  absolute.reserve(pixels * (last - first));
+  for (std::size_t i = 0; i < pixels; ++i)
+    for (std::size_t c = first; c < last; ++c) {
+      const double value = double(a.rgba()[4 * i + c]) - double(b.rgba()[4 * i + c]);
+      if (!std::isfinite(value)) {
+        ++not_finite;
+        continue;
+      }
+      sum.add(value, i);
+      absolute.push_back(std::abs(value));
+    }
+  return {.rms = sum.rms(),
+          .max = sum.max,
+          .max_x = int(sum.max_at % width),
+          .max_y = int(sum.max_at / width),
+          .p99 = percentile(std::move(absolute), 0.99),
+          .mean = sum.mean(),
+          .not_finite = not_finite};
 }
 
 }  // namespace
+
+double PictureError::rms() const {
+  return std::sqrt((3 * radiance.rms * radiance.rms + alpha.rms * alpha.rms) / 4);
+}
+
+PictureError picture_error(const Image& a, const Image& b) {
+  if (a.width != b.width || a.height != b.height)
+    throw Error(ExitCode::input, "pictures of different sizes cannot be compared");
+  return {deviation(a, b, 0, 3), deviation(a, b, 3, 4)};
+}
+
+double rounding_rms(const Image& image) {
+  ErrorSum sum;
+  for (const float value : image.rgba())
+    if (std::isfinite(value)) sum.add(value, 0);
+  return 8.0 * std::numeric_limits<float>::epsilon() * sum.rms();
+}
 
 std::string command_of(const StudyResults& results) {
   return render_command_line(scene_from_json(results.scene, "the study's scene"), "picture.png");
@@ -242,6 +276,14 @@ std::string results_json(const StudyResults& r) {
   out["foreign"] = Json::array();
   for (const ForeignPoint& point : r.foreign) out["foreign"].push_back(json_of(point));
   return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string results_csv(const StudyResults& results) {
+  const Scene base = scene_from_json(results.scene, "the study's scene");
+  std::vector<Json> rows;
+  for (const StudyPoint& point : results.points) rows.push_back(csv_row(point, base));
+  for (const ForeignPoint& point : results.foreign) rows.push_back(csv_row(point));
+  return csv_text(rows, csv_head);
 }
 
 StudyResults results_from_json(std::string_view text, std::string_view source) {
@@ -290,22 +332,6 @@ std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
     if (!std::ranges::count(plan.variants, point.variant))
       return "has " + variant_name(point.variant) + ", which these options have not";
   return "";
-}
-
-StudyResults new_results(const View& view, const std::string& renderer, int repeats) {
-  const std::string& file = view.scene.input;
-  StudyResults results;
-  results.version = PSIVOX_VERSION;
-  results.git = PSIVOX_GIT_HASH;
-  results.processor = processor_name();
-  results.system = system_name();
-  results.threads = int(std::thread::hardware_concurrency());
-  results.renderer = renderer;
-  results.input = file.empty() ? "grids in memory" : file;
-  results.input_hash = file.empty() ? values_hash(*view.medium.density) : file_hash(file);
-  results.scene = to_json(view.scene);
-  results.repeats = repeats;
-  return results;
 }
 
 }  // namespace psivox

@@ -60,10 +60,6 @@ struct SkippedVariant {
   std::string reason;
 };
 
-/// Variants and the reason, one line per rule and reason: "cell-exact: step 4, step 2".
-std::vector<std::pair<std::string, std::string>> skipped_lines(
-    const std::vector<SkippedVariant>& skipped);
-
 struct StudyPlan {
   std::vector<Variant> variants;  ///< grouped by texel and filter
   std::vector<SkippedVariant> skipped;
@@ -89,6 +85,9 @@ struct PictureError {
   Deviation radiance;  ///< over R, G and B together
   Deviation alpha;
   double rms() const;  ///< over R G B A
+  std::uint64_t not_finite() const { return radiance.not_finite + alpha.not_finite; }
+  /// The radiance difference that has full colour in a picture of differences.
+  double full_color() const { return radiance.p99 > 0 ? radiance.p99 : radiance.max; }
   bool operator==(const PictureError&) const = default;
 };
 
@@ -173,12 +172,15 @@ struct StudyResults {
   std::vector<SkippedVariant> skipped;
   std::vector<StudyPoint> points;
   std::vector<ForeignPoint> foreign{};
+  std::string name{};  ///< of its folder; not in the file
 };
 
 /// The command that draws the study's scene by the default method.
 std::string command_of(const StudyResults& results);
 
 std::string results_json(const StudyResults& results);
+/// A line for each point, with all digits of each number.
+std::string results_csv(const StudyResults& results);
 /// Throws Error(input) that names `source`.
 StudyResults results_from_json(std::string_view text, std::string_view source);
 
@@ -190,9 +192,5 @@ StudyResults read_results(const std::filesystem::path& folder);
 /// points that `plan` lacks. Empty if it can.
 std::string resume_obstacle(const StudyResults& begun, const StudyResults& next,
                             const StudyPlan& plan);
-
-/// The results of a study of the view that begins here: psivox, the machine and the input, without
-/// points. Throws Error(input).
-StudyResults new_results(const View& view, const std::string& renderer, int repeats);
 
 }  // namespace psivox

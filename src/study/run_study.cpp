@@ -1,11 +1,18 @@
+#include <sys/utsname.h>
+
 #include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <map>
+#include <thread>
 
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
+#include "git_hash.h"
 #include "psivox/error.h"
+#include "psivox/leaf_values.h"
+#include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "study/page.h"
 #include "study/report.h"
@@ -16,6 +23,71 @@ namespace psivox {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// The processor's name; "unknown" if the machine does not say.
+std::string processor_name() {
+  std::ifstream file("/proc/cpuinfo");
+  for (std::string line; std::getline(file, line);) {
+    const std::size_t colon = line.find(": ");
+    if (line.starts_with("model name") && colon != std::string::npos) return line.substr(colon + 2);
+  }
+  return "unknown";
+}
+
+std::string system_name() {
+  utsname name{};
+  if (uname(&name) != 0) return "unknown";
+  return std::string(name.sysname) + " " + name.release + " " + name.machine;
+}
+
+/// FNV-1a, 64 bits in hexadecimal.
+class Hash {
+ public:
+  void add(const char* bytes, std::size_t count) {
+    for (std::size_t i = 0; i < count; ++i)
+      value_ = (value_ ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3u;
+  }
+  std::string text() const { return formatted("%016llx", static_cast<unsigned long long>(value_)); }
+
+ private:
+  std::uint64_t value_ = 0xcbf29ce484222325u;
+};
+
+std::string file_hash(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  Hash hash;
+  std::vector<char> block(1 << 20);
+  while (file.read(block.data(), std::streamsize(block.size())) || file.gcount() > 0)
+    hash.add(block.data(), std::size_t(file.gcount()));
+  if (!file.eof()) throw Error(ExitCode::input, "cannot read " + in_quotes(path.string()));
+  return hash.text();
+}
+
+std::string values_hash(const Field& field) {
+  Hash hash;
+  for (const Leaf& leaf : field.leaves) {
+    const OrderedValues values(field, leaf);
+    hash.add(reinterpret_cast<const char*>(values.data()), values.size() * sizeof(float));
+  }
+  return hash.text();
+}
+
+/// The results of a study that begins here: psivox, the machine and the input, without points.
+StudyResults new_results(const View& view, const std::string& renderer, int repeats) {
+  const std::string& file = view.scene.input;
+  StudyResults results;
+  results.version = PSIVOX_VERSION;
+  results.git = PSIVOX_GIT_HASH;
+  results.processor = processor_name();
+  results.system = system_name();
+  results.threads = int(std::thread::hardware_concurrency());
+  results.renderer = renderer;
+  results.input = file.empty() ? "grids in memory" : file;
+  results.input_hash = file.empty() ? values_hash(*view.medium.density) : file_hash(file);
+  results.scene = to_json(view.scene);
+  results.repeats = repeats;
+  return results;
+}
 
 class StudyRun {
  public:
@@ -165,12 +237,12 @@ class StudyRun {
     point.samples_per_ray = double(counts.samples) / rays;
     point.steps_per_ray = double(counts.steps) / rays;
     point.atlas_bytes = drawn.atlas.bytes();
-    const Deviation& radiance = point.error.radiance;
-    point.difference_scale = radiance.p99 > 0 ? radiance.p99 : radiance.max;
+    point.difference_scale = point.error.full_color();
     if (options_.split) {
-      PictureError step_error;
-      point.arithmetic = split(variant, drawn, step_error);
-      point.step_error = step_error;
+      wish.count = false;
+      const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
+      point.step_error = picture_error(exact, reference);
+      point.arithmetic = picture_error(drawn.image, exact);
     }
     const std::string file = file_name(variant) + ".png";
     write_image(difference_picture(drawn.image, reference, point.difference_scale),
@@ -198,15 +270,6 @@ class StudyRun {
     const PreparationTimes& before = drawn.times;
     points_[i]->times.push_back(
         {before.plan_ms + stats.march_ms, stats.gpu_ms, before.plan_cpu_ms + stats.cpu_ms});
-  }
-
-  /// Step and arithmetic error, both from one march in double.
-  PictureError split(const Variant& variant, const Drawn& drawn, PictureError& step_error) {
-    Wish wish = pictures_.wish_of(variant);
-    wish.plan = drawn.plan;
-    const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
-    step_error = picture_error(exact, pictures_.reference(variant));
-    return picture_error(drawn.image, exact);
   }
 
   /// The name of a point that differs from this one in its rule alone and has the same picture but

@@ -1,6 +1,6 @@
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "base/text_file.h"
@@ -24,30 +24,31 @@ std::vector<double> plot_rms() {
   return all;
 }
 
-std::vector<NamedStudy> read_studies(const std::vector<std::filesystem::path>& folders) {
-  std::vector<NamedStudy> studies;
+std::vector<StudyResults> read_studies(const std::vector<std::filesystem::path>& folders) {
+  std::vector<StudyResults> studies;
   for (const auto& folder : folders) {
     const auto place = folder.has_filename() ? folder : folder.parent_path();
-    studies.push_back({place.filename().string(), read_results(folder)});
+    studies.push_back(read_results(folder));
+    studies.back().name = place.filename().string();
   }
   return studies;
 }
 
 /// The refinements of all studies, in the order of first appearance.
-std::vector<Variant> refinements_of(const std::vector<NamedStudy>& studies) {
+std::vector<Variant> refinements_of(const std::vector<StudyResults>& studies) {
   std::vector<Variant> all;
-  for (const NamedStudy& study : studies)
-    for (const Need& need : needs_of(study.results, {1}))
+  for (const StudyResults& study : studies)
+    for (const Need& need : needs_of(study, {1}))
       if (!std::ranges::count(all, need.variant)) all.push_back(need.variant);
   return all;
 }
 
 /// The needs of a refinement in a study, in the order of `rms`; empty if the study does not have
 /// it.
-std::vector<Need> needs_in(const NamedStudy& study, const Variant& refinement,
+std::vector<Need> needs_in(const StudyResults& study, const Variant& refinement,
                            const std::vector<double>& rms) {
   std::vector<Need> own;
-  for (const Need& need : needs_of(study.results, rms))
+  for (const Need& need : needs_of(study, rms))
     if (need.variant == refinement) own.push_back(need);
   return own;
 }
@@ -70,9 +71,9 @@ constexpr SummaryCost summary_costs[] = {
 
 /// The divisor of a study's numbers, so that pictures and machines of different speed can be
 /// compared: 1 for look-ups, midpoint's time at 1e-3 for times.
-double unit_of(const NamedStudy& study, const SummaryCost& cost) {
+double unit_of(const StudyResults& study, const SummaryCost& cost) {
   if (cost.amount == &Need::samples_per_ray) return 1;
-  for (const Need& need : needs_of(study.results, {1e-3}))
+  for (const Need& need : needs_of(study, {1e-3}))
     if (need.variant.method.integrator == Integrator::midpoint &&
         need.variant.method.sampling == Sampling::uniform && need.cpu_ms)
       return *need.cpu_ms;
@@ -85,12 +86,12 @@ std::string amount_text(const Need& need, const SummaryCost& cost, double unit) 
   return (need.at_most ? "≤" : "") + decimals(*(need.*cost.amount) / unit, cost.decimals);
 }
 
-TextTable summary_table(const std::vector<NamedStudy>& studies, const SummaryCost& cost) {
+TextTable summary_table(const std::vector<StudyResults>& studies, const SummaryCost& cost) {
   TextTable rows = {{"rule, sampling"}};
-  for (const NamedStudy& study : studies) rows[0].push_back(study.name);
+  for (const StudyResults& study : studies) rows[0].push_back(study.name);
   for (const Variant& refinement : refinements_of(studies)) {
     rows.push_back({variant_name(refinement)});
-    for (const NamedStudy& study : studies) {
+    for (const StudyResults& study : studies) {
       std::string text;
       for (const Need& need : needs_in(study, refinement, usual_rms))
         text += (text.empty() ? "" : " / ") + amount_text(need, cost, unit_of(study, cost));
@@ -101,12 +102,12 @@ TextTable summary_table(const std::vector<NamedStudy>& studies, const SummaryCos
 }
 
 /// Geometric means over the studies, at every RMS that all of them reach.
-NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost& cost) {
+Plot summary_plot(const std::vector<StudyResults>& studies, const SummaryCost& cost) {
   const std::vector<double> rms = plot_rms();
   std::vector<PlotCurve> curves;
   for (const Variant& refinement : refinements_of(studies)) {
     std::vector<double> logs(rms.size(), 0);
-    for (const NamedStudy& study : studies) {
+    for (const StudyResults& study : studies) {
       const std::vector<Need> needs = needs_in(study, refinement, rms);
       const double unit = unit_of(study, cost);
       for (std::size_t i = 0; i < rms.size(); ++i)
@@ -120,19 +121,20 @@ NamedPlot summary_plot(const std::vector<NamedStudy>& studies, const SummaryCost
         curve.points.push_back({std::exp(logs[i]), rms[i], variant_name(refinement)});
     if (!curve.points.empty()) curves.push_back(std::move(curve));
   }
-  NamedPlot named{cost.name, plot_of_curves(curves)};
-  named.plot.title =
+  Plot plot = plot_of_curves(curves);
+  plot.name = cost.name;
+  plot.title =
       "What an RMS takes: geometric mean of " + std::to_string(studies.size()) + " studies";
-  named.plot.x_label = cost.axis;
-  named.plot.y_label = "RMS over R G B A against the reference";
-  return named;
+  plot.x_label = cost.axis;
+  plot.y_label = "RMS over R G B A against the reference";
+  return plot;
 }
 
-std::string summary_csv(const std::vector<NamedStudy>& studies) {
-  std::vector<CsvRow> rows;
-  const auto cell = [](const std::optional<double>& n) { return n ? CsvCell(*n) : CsvCell(""); };
-  for (const NamedStudy& study : studies)
-    for (const Need& need : needs_of(study.results, usual_rms))
+std::string summary_csv(const std::vector<StudyResults>& studies) {
+  std::vector<Json> rows;
+  const auto cell = [](const std::optional<double>& n) { return n ? Json(*n) : Json(); };
+  for (const StudyResults& study : studies)
+    for (const Need& need : needs_of(study, usual_rms))
       rows.push_back({{"study", study.name},
                       {"variant", variant_name(need.variant)},
                       {"rms", need.rms},
@@ -145,23 +147,27 @@ std::string summary_csv(const std::vector<NamedStudy>& studies) {
 /// One variant over all frames.
 struct FrameStatistics {
   Variant variant;
-  std::vector<int> frames;
-  std::vector<std::string> same_as;  ///< in each frame
-  std::vector<double> rms, samples, cpu_ms;
-  double worst_p99 = 0;  ///< of radiance and alpha, over all frames
+  std::vector<int> frames{};
+  std::vector<StudyPoint> points{};  ///< of each frame
 
-  void add(int frame, const StudyPoint& point) {
-    frames.push_back(frame);
-    same_as.push_back(psivox::same_as(point));
-    rms.push_back(point.error.rms());
-    samples.push_back(point.samples_per_ray);
-    cpu_ms.push_back(psivox::cpu_ms(point).median);
-    worst_p99 = std::max({worst_p99, point.error.radiance.p99, point.error.alpha.p99});
-    if (point.error.radiance.not_finite || point.error.alpha.not_finite)
-      worst_p99 = std::numeric_limits<double>::infinity();
+  template <typename Number>
+  std::vector<double> all(Number number) const {
+    std::vector<double> values;
+    for (const StudyPoint& point : points) values.push_back(number(point));
+    return values;
+  }
+  std::vector<double> rms() const {
+    return all([](const StudyPoint& p) { return p.error.rms(); });
+  }
+  Spread look_ups() const {
+    return spread_of(all([](const StudyPoint& p) { return p.samples_per_ray; }));
+  }
+  Spread cpu_ms() const {
+    return spread_of(all([](const StudyPoint& p) { return psivox::cpu_ms(p).median; }));
   }
   int worst_frame() const {
-    return frames[std::size_t(std::ranges::max_element(rms) - rms.begin())];
+    const std::vector<double> errors = rms();
+    return frames[std::size_t(std::ranges::max_element(errors) - errors.begin())];
   }
 };
 
@@ -179,29 +185,28 @@ SequenceStatistics statistics_of(const std::vector<StudiedFrame>& studied) {
     all.scene = scene_from_json(results.scene, "the study's scene");
     for (const StudyPoint& point : results.points) {
       auto found = std::ranges::find(all.variants, point.variant, &FrameStatistics::variant);
-      if (found == all.variants.end())
-        found = all.variants.insert(found, {point.variant, {}, {}, {}, {}, {}});
-      found->add(frame, point);
+      if (found == all.variants.end()) found = all.variants.insert(found, {point.variant});
+      found->frames.push_back(frame);
+      found->points.push_back(point);
     }
   }
   return all;
 }
 
 std::string statistics_csv(const std::vector<FrameStatistics>& all) {
-  std::vector<CsvRow> rows;
+  std::vector<Json> rows;
   for (const FrameStatistics& s : all) {
-    CsvRow& row = rows.emplace_back();
-    const auto add = [&](const std::string& name, const std::vector<double>& values) {
-      const Spread spread = spread_of(values);
-      row.insert(row.end(), {{name + "_median", spread.median},
-                             {name + "_min", spread.min},
-                             {name + "_max", spread.max}});
+    Json& row = rows.emplace_back();
+    const auto add = [&](const std::string& name, const Spread& spread) {
+      row[name + "_median"] = spread.median;
+      row[name + "_min"] = spread.min;
+      row[name + "_max"] = spread.max;
     };
-    row = {{"variant", variant_name(s.variant)}, {"frames", double(s.frames.size())}};
-    add("rms", s.rms);
-    row.emplace_back("worst_frame", s.worst_frame());
-    add("samples_per_ray", s.samples);
-    add("cpu_ms", s.cpu_ms);
+    row = {{"variant", variant_name(s.variant)}, {"frames", s.frames.size()}};
+    add("rms", spread_of(s.rms()));
+    row["worst_frame"] = s.worst_frame();
+    add("samples_per_ray", s.look_ups());
+    add("cpu_ms", s.cpu_ms());
   }
   return csv_text(rows);
 }
@@ -210,11 +215,11 @@ TextTable statistics_table(const std::vector<FrameStatistics>& all) {
   TextTable rows = {{"rule, sampling", "RMS, median", "least", "greatest", "in frame",
                      "look-ups a ray, median", "greatest", "processor time, median [ms]"}};
   for (const FrameStatistics& s : all) {
-    const Spread rms = spread_of(s.rms), samples = spread_of(s.samples);
+    const Spread rms = spread_of(s.rms()), samples = s.look_ups();
     rows.push_back({variant_name(s.variant), two_digits(rms.median), two_digits(rms.min),
                     two_digits(rms.max), std::to_string(s.worst_frame()),
                     decimals(samples.median, 1), decimals(samples.max, 1),
-                    decimals(spread_of(s.cpu_ms).median, 1)});
+                    decimals(s.cpu_ms().median, 1)});
   }
   return rows;
 }
@@ -222,30 +227,30 @@ TextTable statistics_table(const std::vector<FrameStatistics>& all) {
 /// The method with the fewest look-ups that no 8-bit picture of any frame tells from the truth.
 std::string conclusion_of(const SequenceStatistics& all) {
   const FrameStatistics* best = nullptr;
-  const auto look_ups = [](const FrameStatistics& s) { return spread_of(s.samples).median; };
   for (const FrameStatistics& s : all.variants)
-    if (s.frames.size() == all.frames && s.worst_p99 <= eight_bits_error &&
-        (!best || look_ups(s) < look_ups(*best)))
+    if (s.frames.size() == all.frames && std::ranges::all_of(s.points, within_eight_bits) &&
+        (!best || s.look_ups().median < best->look_ups().median))
       best = &s;
   const std::string every = "all " + std::to_string(all.frames) + " frames";
   if (!best) return "For 8 bits in " + every + " no method of this study is enough.";
   std::vector<Variant> same;
   for (const FrameStatistics& s : all.variants)
-    if (s.same_as == best->same_as) same.push_back(s.variant);
+    if (std::ranges::equal(s.points, best->points, {}, same_as, same_as)) same.push_back(s.variant);
   return "For 8 bits in " + every + " use " + settings_text(all.scene, same) + ": RMS " +
-         two_digits(spread_of(best->rms).max) + " at most, " + decimals(look_ups(*best), 0) +
-         " look-ups a ray." + no_winner_note(all.scene, same.size() > 1);
+         two_digits(std::ranges::max(best->rms())) + " at most, " +
+         decimals(best->look_ups().median, 0) + " look-ups a ray." +
+         no_winner_note(all.scene, same.size() > 1);
 }
 
 }  // namespace
 
-NamedPlot look_ups_plot(const std::vector<NamedStudy>& studies) {
+Plot look_ups_plot(const std::vector<StudyResults>& studies) {
   return summary_plot(studies, summary_costs[0]);
 }
 
 void run_summary(const std::vector<std::filesystem::path>& folders,
                  const std::filesystem::path& out) {
-  const std::vector<NamedStudy> studies = read_studies(folders);
+  const std::vector<StudyResults> studies = read_studies(folders);
   check_study_folder(out, false);
   std::vector<Section> sections = {
       {.text =

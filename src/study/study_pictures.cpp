@@ -307,8 +307,7 @@ ComparedPicture compare_foreign(const ForeignPicture& foreign, const Image& pict
   point.opaque = is_opaque(picture) && !is_opaque(reference);
   if (point.opaque) add_background(reference, color, behind);
   point.error = picture_error(picture, reference);
-  const Deviation& radiance = point.error.radiance;
-  point.difference_scale = radiance.p99 > 0 ? radiance.p99 : radiance.max;
+  point.difference_scale = point.error.full_color();
   return {point, difference_picture(picture, reference, point.difference_scale)};
 }
 

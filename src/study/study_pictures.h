@@ -65,8 +65,8 @@ class StudyPictures {
   double reference_bound = 0;  ///< of all references until now
 };
 
-/// What the pictures of a study cost: in units of one GPU picture of a cheap variant or, after a
-/// trial, in seconds. What it is made of must outlive it.
+/// The cost of a study's pictures: in units of one GPU picture of a cheap variant, and in seconds
+/// after forecast(). The constructor's arguments must outlive it.
 class StudyCost {
  public:
   StudyCost(const StudyOptions& options, const StudyPlan& plan, const Scene& scene)
@@ -75,7 +75,7 @@ class StudyCost {
   double references() const;             ///< all of them
   double picture(const Variant&) const;  ///< by the GPU, once
   double measuring(std::size_t i) const;
-  /// Of all that these points lack.
+  /// The cost of what these points still lack.
   double left(const std::vector<std::optional<StudyPoint>>& points) const;
   /// How long the study takes and how it takes less, in a line; empty if it is short.
   std::string forecast(const Variant& tried, const CostTrial& trial);

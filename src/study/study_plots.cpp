@@ -4,7 +4,6 @@
 #include <functional>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "base/text.h"
 #include "base/text_file.h"
@@ -13,28 +12,22 @@
 
 namespace psivox {
 
-std::vector<std::size_t> pareto_front(const std::vector<Cost>& costs, double margin) {
-  std::vector<std::size_t> order(costs.size());
-  std::iota(order.begin(), order.end(), std::size_t{0});
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return costs[a].time != costs[b].time ? costs[a].time < costs[b].time
-                                          : costs[a].error < costs[b].error;
-  });
-  std::vector<std::size_t> front;
-  for (const std::size_t i : order)
-    if (front.empty() || costs[i].error < (1 - margin) * costs[front.back()].error)
-      front.push_back(i);
+std::vector<PlotPoint> pareto_front(std::vector<PlotPoint> points, double margin) {
+  std::ranges::stable_sort(points, {}, [](const PlotPoint& p) { return std::pair(p.x, p.y); });
+  std::vector<PlotPoint> front;
+  for (const PlotPoint& point : points)
+    if (front.empty() || point.y < (1 - margin) * front.back().y) front.push_back(point);
   return front;
 }
 
 namespace {
 
-using Json = nlohmann::ordered_json;  // data for src/study/page/plots.js
-
 const char* shape_name(Shape shape) {
   constexpr const char* names[] = {"disc", "square", "diamond", "ring", "triangle"};
   return names[int(shape)];
 }
+
+// Data for src/study/page/plots.js.
 
 Json json_of(const Series& series) {
   Json out = {{"entries", series.entries},
@@ -48,6 +41,7 @@ Json json_of(const Series& series) {
     if (point.lower > 0)
       out["points"].back().insert(out["points"].back().end(), {point.lower, point.upper});
   }
+  if (series.front) out["front"] = true;
   return out;
 }
 
@@ -67,10 +61,6 @@ Json json_of(const Plot& plot) {
               {"series", Json::array()}};
   for (const LegendEntry& entry : plot.legend) out["legend"].push_back(json_of(entry));
   for (const Series& series : plot.series) out["series"].push_back(json_of(series));
-  if (!plot.front.empty()) {
-    out["series"].push_back(json_of(front_series(plot)));
-    out["series"].back()["front"] = true;
-  }
   return out;
 }
 
@@ -137,11 +127,14 @@ Plot plot_of(std::vector<const StudyPoint*> points, const std::string& title,
 }
 
 void mark_front(Plot& plot, const std::vector<const StudyPoint*>& points, const Abscissa& x) {
-  std::vector<Cost> costs;
-  for (const StudyPoint* point : points) costs.push_back({x(*point).median, point->error.rms()});
-  for (const std::size_t i : pareto_front(costs, front_margin))
-    plot.front.push_back({costs[i].time, costs[i].error, variant_name(points[i]->variant)});
-  if (!plot.front.empty()) plot.legend.push_back(front_entry());
+  constexpr Ink red{200, 0, 0};
+  constexpr const char* text = "Pareto front";
+  std::vector<PlotPoint> costs;
+  for (const StudyPoint* point : points)
+    costs.push_back({x(*point).median, point->error.rms(), variant_name(point->variant)});
+  plot.series.push_back(
+      {pareto_front(costs, front_margin), red, Shape::ring, true, {text}, /*front=*/true});
+  plot.legend.push_back({.text = text, .ink = red, .shape = Shape::ring, .radius = front_radius});
 }
 
 /// Other renderers, where their times are known: a curve for each.
@@ -172,12 +165,12 @@ double scatter(const StudyResults& results, double TimeSample::*clock) {
 
 }  // namespace
 
-std::string write_plot(const NamedPlot& named, const std::filesystem::path& folder) {
-  const std::string svg = svg_of(named.plot), file = named.name + ".svg";
+std::string write_plot(const Plot& plot, const std::filesystem::path& folder) {
+  const std::string svg = svg_of(plot), file = plot.name + ".svg";
   write_text((folder / file).string(), svg);
-  return "<section class=\"plot\" id=\"" + named.name + "\"><header><h3>" +
-         html_text(named.plot.title) + "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg +
-         html_json("", json_of(named.plot)) + "</section>\n";
+  return "<section class=\"plot\" id=\"" + plot.name + "\"><header><h3>" + html_text(plot.title) +
+         "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg + html_json("", json_of(plot)) +
+         "</section>\n";
 }
 
 std::string html_facts(const std::map<std::string, Facts>& facts) {
@@ -223,8 +216,8 @@ std::string clock_note(const StudyResults& results) {
          "draws are the processor's, so only its time is plotted.";
 }
 
-std::vector<NamedPlot> plots_of(const StudyResults& results) {
-  std::vector<NamedPlot> plots;
+std::vector<Plot> plots_of(const StudyResults& results) {
+  std::vector<Plot> plots;
   const auto add = [&](const char* name, const char* title, const char* x_label, const Abscissa& x,
                        bool front, bool time = false) {
     const auto points = points_at(results, x);
@@ -232,14 +225,13 @@ std::vector<NamedPlot> plots_of(const StudyResults& results) {
     Plot plot = plot_of(points, title, x_label, x);
     if (time) add_foreign(plot, results);
     if (front) mark_front(plot, points, x);
-    plots.push_back({name, std::move(plot)});
+    plot.name = name;
+    plots.push_back(std::move(plot));
   };
-  add(
-      "error-step", "Error by step", "uniform step [voxels]",
-      [](const StudyPoint& p) { return Spread{p.variant.method.step}; }, false);
-  add(
-      "error-samples", "Error by look-ups", "field look-ups per ray",
-      [](const StudyPoint& p) { return Spread{p.samples_per_ray}; }, true);
+  const auto step = [](const StudyPoint& p) { return Spread{p.variant.method.step}; };
+  const auto look_ups = [](const StudyPoint& p) { return Spread{p.samples_per_ray}; };
+  add("error-step", "Error by step", "uniform step [voxels]", step, false);
+  add("error-samples", "Error by look-ups", "field look-ups per ray", look_ups, true);
   if (clock_note(results).empty())
     add("error-time", "Error by the GPU's time",
         "time of the draws by the GPU's timer [ms], median and quartiles", gpu_ms, true, true);

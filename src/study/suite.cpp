@@ -47,15 +47,12 @@ class SuiteRun {
 
   void take_reference(const std::filesystem::path& png) {
     const std::vector<Image> pictures = draw_reference(1);
-    for (std::size_t i = 0; i < pictures.size(); ++i) {
-      const View& view = sessions_[i].view();
-      const Image& image = pictures[i];
-      for (int y = 0; result.scene.truth && y < image.height; ++y)
-        for (int x = 0; x < image.width; ++x)
-          result.truth_error =
-              std::max(result.truth_error, std::abs(pixel(image, x, y, result.scene.channel) -
-                                                    result.scene.truth(pixel_ray(view, x, y))));
-    }
+    const SuiteScene& scene = result.scene;
+    for (std::size_t i = 0; scene.truth && i < pictures.size(); ++i)
+      for_pixels(sessions_[i].view(), pictures[i], [&](const WorldRay& ray, const float* rgba) {
+        const double error = std::abs(rgba[scene.channel] - scene.truth(ray));
+        result.truth_error = std::max(result.truth_error, error);
+      });
     write_image(pictures.front(), png);
     const auto& bounds = references_[1].layers.back().values;
     result.reference_bound = *std::max_element(bounds.begin(), bounds.end());
@@ -93,7 +90,7 @@ class SuiteRun {
     point.samples_per_ray = double(samples) / double(rays);
     point.steps_per_ray = double(steps) / double(rays);
     point.times = {{ms, 0, ms}};
-    result.faults += point.error.radiance.not_finite + point.error.alpha.not_finite;
+    result.faults += point.error.not_finite();
     std::vector<double> differences;
     for (std::size_t i = 0; i < picture.rgba().size(); ++i)
       differences.push_back(std::abs(double(picture.rgba()[i]) - reference.rgba()[i]));
@@ -110,29 +107,27 @@ class SuiteRun {
   void fit_orders() {
     // Rounding adds its square to the error's: at 4 times it, 3 %.
     const double floor = 4 * rounding_rms(references_[1]);
-    std::vector<std::pair<Variant, std::vector<LengthError>>> curves;
     for (const SuiteRow& row : result.rows) {
       const Method& method = row.point.variant.method;
       if (is_cell_rule(method.integrator)) continue;
-      const Variant curve = refinement(row.point.variant);
-      if (curves.empty() || curves.back().first != curve) curves.push_back({curve, {}});
-      curves.back().second.emplace_back(method.step > 0 ? method.step : 1.0 / method.segments,
-                                        row.point.error.rms());
-    }
-    for (const auto& [variant, errors] : curves) {
-      const auto fitted = finest_four(errors, floor);
-      SuiteOrder order{variant, expected_order(result.scene, variant.method)};
-      order.points = int(fitted.size());
-      if (order.points > 2) order.observed = fitted_order(fitted);
-      result.orders.push_back(order);
+      const std::string way = variant_name(refinement(row.point.variant));
+      if (result.orders.empty() || result.orders.back().way != way)
+        result.orders.push_back({.rays = result.scene.name,
+                                 .way = way,
+                                 .rule = method.integrator,
+                                 .expected = expected_order(result.scene, method),
+                                 .floor = floor,
+                                 .scatter = 0.35});
+      result.orders.back().errors.emplace_back(
+          method.step > 0 ? method.step : 1.0 / method.segments, row.point.error.rms());
     }
   }
 
-  /// Frees what pictures take.
+  /// Frees the sessions and the references.
   void forget() { sessions_.clear(), references_.clear(); }
-  /// Of the picture of one variant, in look-ups, if rays go through 100 voxels.
+  /// The work of a variant's picture [look-ups], as if rays crossed 100 voxels.
   double work(const Variant& v) const { return rays() * of_ray(v) / std::pow(part(v), 2); }
-  /// Of the reference, relative to look-ups of the GPU's march with a software driver.
+  /// The work of the reference [look-ups of the march by a software driver].
   double reference_work() const { return 3000 * rays(); }
 
   SuiteResult result;
@@ -187,17 +182,16 @@ ExactBound exact_bound(const SuiteScene& scene) {
           scene.touches_jump ? std::numeric_limits<double>::infinity() : 5e-5 + 8 * of_value};
 }
 
-bool SuiteOrder::holds() const {
-  return expected == 0 || points < 3 || std::abs(observed - expected) <= 0.35;
+std::string OrderRow::miss() const {
+  return rays + ": " + way + " has order " + decimals(observed(), 2) + ", expected " +
+         number_text(expected);
 }
 
 std::vector<std::string> SuiteResult::misses() const {
   std::vector<std::string> out;
   const auto miss = [&](const std::string& what) { out.push_back(scene.name + ": " + what); };
-  for (const SuiteOrder& order : orders)
-    if (!order.holds())
-      miss(variant_name(order.refinement) + " has order " + decimals(order.observed, 2) +
-           ", expected " + number_text(order.expected));
+  for (const OrderRow& order : orders)
+    if (!order.holds()) out.push_back(order.miss());
   if (truth_error > truth_bound())
     miss("the reference is " + two_digits(truth_error) + " off the closed form, bound " +
          two_digits(truth_bound()));
@@ -242,6 +236,7 @@ std::string run_suite(const std::filesystem::path& folder, bool full, int device
   }
   std::vector<OrderRow> rays = step_orders();
   std::erase_if(rays, [](const OrderRow& row) { return row.K != 3; });
+  for (OrderRow& row : rays) row.rays = "smooth ray, " + row.rays;
   return write_suite(results, rays, description(*gpu), folder);
 }
 

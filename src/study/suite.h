@@ -89,17 +89,24 @@ enum class Refined { step, voxel, pixel };
 
 struct OrderRow {
   Refined refined = Refined::step;
-  std::string rays;  ///< where they begin and end
+  std::string rays;  ///< where they begin and end, or the name of a scene
   std::string way;   ///< the rule, and how else the picture is made
   Integrator rule = Integrator::psi_weighted;
   double K = 0;                       ///< extinction: optical depth over a width of the medium
-  double expected = 0;                ///< expected order
+  double expected = 0;                ///< expected order; 0: none
   bool about = false;                 ///< the rule has an error that does not fall with the length
   double floor = 0;                   ///< errors below it are rounding
   std::vector<LengthError> errors{};  ///< RMS of the radiance, from coarse to fine
+  double scatter = 0.1;               ///< how far the observed order may be from the expected one
 
   std::vector<LengthError> fitted() const { return finest_four(errors, floor); }
   double observed() const { return fitted_order(fitted()); }
+  bool is_measured() const { return fitted().size() > 2; }
+  /// Whether there is an order to hold: an expected one, and enough errors above rounding.
+  bool is_held() const { return expected > 0 && !about && is_measured(); }
+  bool holds() const { return !is_held() || std::abs(observed() - expected) <= scatter; }
+  /// A sentence that says that it does not hold.
+  std::string miss() const;
 };
 
 /// Orders of every segment rule in the uniform step, in widths of the medium: one ray without
@@ -155,14 +162,6 @@ struct SuiteRow {
   double psnr() const { return -20 * std::log10(point.error.rms()); }  ///< with a peak of 1
 };
 
-/// A rule's measured order in a scene, over the steps or the segments of a cell.
-struct SuiteOrder {
-  Variant refinement;
-  double expected = 0, observed = 0;
-  int points = 0;  ///< errors above rounding, at most 4; fewer than 3 show no order
-  bool holds() const;
-};
-
 /// Bounds on cell-exact. RMS 2e-6 and, of one cell, 5e-5 are what docs/method.md promises. In a
 /// tent of half-width w an error e of the value is one of e/w of the attenuation at its top: at
 /// most 2 e/w of the tent's depth d, and d e^-d <= 0.37. Below 1 the roundings of a value have RMS
@@ -178,7 +177,7 @@ struct SuiteResult {
   double reference_bound = 0;  ///< the largest at any pixel
   double truth_error = 0;      ///< largest difference of the reference from `truth`
   std::vector<SuiteRow> rows;
-  std::vector<SuiteOrder> orders;
+  std::vector<OrderRow> orders;  ///< over the steps or the segments of a cell
   /// Pictures hold floats: a half unit in the last place of numbers below 1, for the picture and
   /// for its voxels each.
   double truth_bound() const { return reference_bound + 2 * 0x1p-24; }
@@ -186,9 +185,6 @@ struct SuiteResult {
   /// What is not as it must be, one sentence each.
   std::vector<std::string> misses() const;
 };
-
-/// Whether a row of --orders is within a tenth of the expected order: its errors have no scatter.
-bool ray_holds(const OrderRow& row);
 
 /// Writes tables, plots and the page. Returns its first sentence. Throws Error(verification) if
 /// something misses, when all is written.

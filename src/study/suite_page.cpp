@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <nlohmann/json.hpp>
 #include <set>
 
 #include "base/text.h"
@@ -34,23 +35,19 @@ TextTable rules_table(const std::vector<SuiteResult>& results) {
   return table;
 }
 
-std::string verdict(bool holds) { return holds ? "as expected" : "NOT AS EXPECTED"; }
+std::string verdict(const OrderRow& row) {
+  if (row.about) return "approximates Ψ: not held";
+  if (row.expected == 0) return "not held";
+  if (!row.is_measured()) return "too few errors above rounding";
+  return row.holds() ? "as expected" : "NOT AS EXPECTED";
+}
 
-TextTable orders_table(const std::vector<SuiteResult>& results, const std::vector<OrderRow>& rays) {
+TextTable orders_table(const std::vector<OrderRow>& rows) {
   TextTable table = {{"scene", "rule, sampling", "expected", "measured", "verdict"}};
-  for (const OrderRow& row : rays)
-    table.push_back({"smooth ray, " + row.rays, row.way, number_text(row.expected),
-                     decimals(row.observed(), 2),
-                     row.about ? "approximates Ψ: not held" : verdict(ray_holds(row))});
-  for (const SuiteResult& r : results)
-    for (const SuiteOrder& order : r.orders)
-      if (order.expected > 0 || order.points > 2)
-        table.push_back({r.scene.name, variant_name(order.refinement),
-                         order.expected > 0 ? number_text(order.expected) : "none",
-                         order.points < 3 ? "–" : decimals(order.observed, 2),
-                         order.expected == 0 ? "not held"
-                         : order.points < 3  ? "too few errors above rounding"
-                                             : verdict(order.holds())});
+  for (const OrderRow& row : rows)
+    if (row.expected > 0 || row.is_measured())
+      table.push_back({row.rays, row.way, row.expected > 0 ? number_text(row.expected) : "none",
+                       row.is_measured() ? decimals(row.observed(), 2) : "–", verdict(row)});
   return table;
 }
 
@@ -75,31 +72,31 @@ TextTable rows_table(const std::vector<SuiteResult>& results, bool marschner_lob
 }
 
 std::string suite_csv(const std::vector<SuiteResult>& results) {
-  std::vector<CsvRow> rows;
+  std::vector<Json> rows;
   for (const SuiteResult& r : results)
     for (const SuiteRow& row : r.rows) {
       const StudyPoint& p = row.point;
-      CsvRow& out = rows.emplace_back(CsvRow{{"scene", r.scene.name},
-                                             {"rule", rule_name(p.variant)},
-                                             {"sampling", sampling_name(refinement(p.variant))},
-                                             {"step", p.variant.method.step},
-                                             {"segments", p.variant.method.segments},
-                                             {"rms", p.error.rms()},
-                                             {"p999", row.p999},
-                                             {"max", row.max},
-                                             {"psnr", row.psnr()},
-                                             {"rays", double(row.rays)},
-                                             {"samples_per_ray", p.samples_per_ray},
-                                             {"steps_per_ray", p.steps_per_ray},
-                                             {"cpu_ms", cpu_ms(p).median}});
+      Json out = {{"scene", r.scene.name},
+                  {"rule", rule_name(p.variant)},
+                  {"sampling", sampling_name(refinement(p.variant))},
+                  {"step", p.variant.method.step},
+                  {"segments", p.variant.method.segments},
+                  {"rms", p.error.rms()},
+                  {"p999", row.p999},
+                  {"max", row.max},
+                  {"psnr", row.psnr()},
+                  {"rays", row.rays},
+                  {"samples_per_ray", p.samples_per_ray},
+                  {"steps_per_ray", p.steps_per_ray},
+                  {"cpu_ms", cpu_ms(p).median}};
       for (int bin = 1; bin <= suite_bins; ++bin)
-        out.emplace_back("above_1e-" + std::to_string(bin), row.above[std::size_t(bin - 1)]);
+        out["above_1e-" + std::to_string(bin)] = row.above[std::size_t(bin - 1)];
       const auto order =
-          std::ranges::find(r.orders, refinement(p.variant), &SuiteOrder::refinement);
-      const bool fitted = order != r.orders.end() && order->points > 2;
-      out.emplace_back("expected_order",
-                       fitted && order->expected > 0 ? CsvCell(order->expected) : CsvCell(""));
-      out.emplace_back("order", fitted ? CsvCell(order->observed) : CsvCell(""));
+          std::ranges::find(r.orders, variant_name(refinement(p.variant)), &OrderRow::way);
+      const bool measured = order != r.orders.end() && order->is_measured();
+      out["expected_order"] = measured && order->expected > 0 ? Json(order->expected) : Json();
+      out["order"] = measured ? Json(order->observed()) : Json();
+      rows.push_back(std::move(out));
     }
   return csv_text(rows);
 }
@@ -182,6 +179,7 @@ TextTable cross_section_table() {
 
 StudyResults study_of(const SuiteResult& result, bool few_rules) {
   StudyResults study;
+  study.name = result.scene.name;
   for (const SuiteRow& row : result.rows) {
     const Method& m = row.point.variant.method;
     const bool few =
@@ -195,17 +193,17 @@ StudyResults study_of(const SuiteResult& result, bool few_rules) {
 }
 
 /// The rules of the mission: geometric means of the scenes with or without a transfer function.
-NamedPlot mission_plot(const std::vector<SuiteResult>& results, bool functions) {
-  std::vector<NamedStudy> studies;
+Plot mission_plot(const std::vector<SuiteResult>& results, bool functions) {
+  std::vector<StudyResults> studies;
   for (const SuiteResult& r : results)
     if (bool(r.scene.views.front().medium.transfer) == functions &&
         !r.scene.views.front().medium.gradient)
-      studies.push_back({r.scene.name, study_of(r, true)});
-  NamedPlot named = look_ups_plot(studies);
-  named.name = functions ? "suite-functions" : "suite-values";
-  named.plot.title = std::string(functions ? "Through transfer functions" : "Values that glow") +
-                     ": geometric mean of " + std::to_string(studies.size()) + " scenes";
-  return named;
+      studies.push_back(study_of(r, true));
+  Plot plot = look_ups_plot(studies);
+  plot.name = functions ? "suite-functions" : "suite-values";
+  plot.title = std::string(functions ? "Through transfer functions" : "Values that glow") +
+               ": geometric mean of " + std::to_string(studies.size()) + " scenes";
+  return plot;
 }
 
 const char* const suite_intro =
@@ -219,6 +217,14 @@ const char* const suite_intro =
     "GL driver named below. Times are processor times of one march; everything else is the same "
     "on every run.</p>\n";
 
+/// Orders on the smooth rays, and then in the scenes.
+std::vector<OrderRow> all_orders(const std::vector<SuiteResult>& results,
+                                 const std::vector<OrderRow>& rays) {
+  std::vector<OrderRow> all = rays;
+  for (const SuiteResult& r : results) std::ranges::copy(r.orders, std::back_inserter(all));
+  return all;
+}
+
 std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
                                  const std::vector<OrderRow>& rays) {
   return {
@@ -231,7 +237,7 @@ std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
        "float32's rounding. Smooth rays have no voxels, and their integral is known to 1e-16; "
        "there is no arithmetic in float32. In voxels the field has kinks at faces of cells, and no "
        "rule between uniform samples keeps more than order 2.",
-       orders_table(results, rays)},
+       orders_table(all_orders(results, rays))},
       {"Marschner and Lobb's signal",
        "As Weiss and Westermann (2021) measure it: PSNR over R G B A with a peak of 1, and the "
        "share of the absolute differences above powers of ten. preintegrated-fast is their 1-D "
@@ -251,9 +257,7 @@ std::vector<std::string> all_misses(const std::vector<SuiteResult>& results,
                                     const std::vector<OrderRow>& rays) {
   std::vector<std::string> misses;
   for (const OrderRow& row : rays)
-    if (!ray_holds(row))
-      misses.push_back("smooth ray, " + row.rays + ": " + row.way + " has order " +
-                       decimals(row.observed(), 2) + ", expected " + number_text(row.expected));
+    if (!row.holds()) misses.push_back(row.miss());
   for (const SuiteResult& r : results) std::ranges::copy(r.misses(), std::back_inserter(misses));
   return misses;
 }
@@ -261,12 +265,8 @@ std::vector<std::string> all_misses(const std::vector<SuiteResult>& results,
 std::string conclusion_of(const std::vector<SuiteResult>& results,
                           const std::vector<OrderRow>& rays, std::size_t misses) {
   std::size_t rows = 0;
-  auto orders = std::ranges::count(rays, false, &OrderRow::about);
-  for (const SuiteResult& r : results) {
-    rows += r.rows.size();
-    orders += std::ranges::count_if(
-        r.orders, [](const SuiteOrder& o) { return o.expected > 0 && o.points > 2; });
-  }
+  for (const SuiteResult& r : results) rows += r.rows.size();
+  const auto orders = std::ranges::count_if(all_orders(results, rays), &OrderRow::is_held);
   return std::to_string(results.size()) + " scenes, " + std::to_string(rows) + " pictures, " +
          std::to_string(orders) + " orders of convergence held: " +
          (misses == 0 ? "all as expected" : std::to_string(misses) + " not as expected") + ".";
@@ -297,19 +297,15 @@ Section scenes_section(const std::vector<SuiteResult>& results,
                        const std::filesystem::path& folder) {
   Section scenes{.title = "Each scene"};
   for (const SuiteResult& r : results)
-    for (NamedPlot& named : plots_of(study_of(r, false)))
-      if (named.name == "error-samples") {
-        named.name = named.plot.title = r.scene.name;
-        scenes.html += write_plot(named, folder);
+    for (Plot& plot : plots_of(study_of(r, false)))
+      if (plot.name == "error-samples") {
+        plot.name = plot.title = r.scene.name;
+        scenes.html += write_plot(plot, folder);
       }
   return scenes;
 }
 
 }  // namespace
-
-bool ray_holds(const OrderRow& row) {
-  return row.about || std::abs(row.observed() - row.expected) <= 0.1;
-}
 
 std::string write_suite(const std::vector<SuiteResult>& results, const std::vector<OrderRow>& rays,
                         const std::string& renderer, const std::filesystem::path& folder) {

@@ -188,21 +188,6 @@ std::string file_name(const Variant& variant) {
   return name;
 }
 
-std::vector<std::pair<std::string, std::string>> skipped_lines(
-    const std::vector<SkippedVariant>& skipped) {
-  std::vector<std::pair<std::string, std::string>> lines;
-  for (const SkippedVariant& s : skipped) {
-    const std::string rule = rule_name(s.variant) + ": ", sampling = sampling_name(s.variant);
-    const auto line = std::ranges::find_if(
-        lines, [&](const auto& l) { return l.first.starts_with(rule) && l.second == s.reason; });
-    if (line == lines.end())
-      lines.emplace_back(rule + sampling, s.reason);
-    else
-      line->first += ", " + sampling;
-  }
-  return lines;
-}
-
 StudyPlan plan_study(const Sweep& sweep, const Scene& base) {
   StudyPlan plan;
   const bool gradient = !base.transfer_function.empty() &&

@@ -66,6 +66,15 @@ inline float pixel(const Image& image, int x, int y, int channel) {
   return image.rgba()[std::size_t((y * image.width + x) * 4 + channel)];
 }
 
+/// Calls f(ray, rgba) for each pixel of the view's picture: the ray of its centre, and a pointer to
+/// its four floats.
+template <typename Function>
+void for_pixels(const View& view, const Image& image, Function f) {
+  for (int y = 0; y < image.height; ++y)
+    for (int x = 0; x < image.width; ++x)
+      f(pixel_ray(view, x, y), &image.rgba()[std::size_t((y * image.width + x) * 4)]);
+}
+
 inline double mean_alpha(const Image& image) {
   double sum = 0;
   const auto rgba = image.rgba();

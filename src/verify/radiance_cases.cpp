@@ -25,8 +25,7 @@ Measured furnace(const Painter& painter, std::optional<double> step, bool grid) 
     const Image image = painter.picture(make_view(scene, density, luminance));
     Image alpha = image;
     for (std::size_t i = 0; i < alpha.rgba().size(); ++i) alpha.rgba()[i] = image.rgba()[i | 3];
-    found.add(
-        {picture_difference(image, alpha), 0});  // the sensitivity is 0: interpolating ones gives 1
+    found.add({picture_difference(image, alpha), 0});  // 0: interpolating ones gives 1
   }
   return found;
 }
@@ -46,12 +45,11 @@ Measured linear_luminance(const Painter& painter) {
   const View view = make_view(scene, density, L);
   const Image image = painter.picture(view);
   Measured found;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const double cosine = pixel_ray(view, x, y).direction.x;
-      const double exact = 0.25 * cosine / tau * std::exp(-tau * 2.5 / cosine);
-      found.error = larger(found.error, std::abs(pixel(image, x, y, 0) - exact));
-    }
+  for_pixels(view, image, [&](const WorldRay& ray, const float* rgba) {
+    const double cosine = ray.direction.x;
+    const double exact = 0.25 * cosine / tau * std::exp(-tau * 2.5 / cosine);
+    found.error = larger(found.error, std::abs(rgba[0] - exact));
+  });
   // L changes by a quarter, and the ramp's depth by up to 1, times L below 1 where it is visible
   found.sensitivity = 0.25 + 2 * tau;
   return found;
@@ -76,17 +74,13 @@ Measured two_layers(const Painter& painter) {
     scene.extinction = K;
     scene.fov = 20;
     const View view = make_view(scene, density, luminance);
-    const Image image = painter.picture(view);
-    for (int y = 0; y < image.height; ++y)
-      for (int x = 0; x < image.width; ++x) {
-        const WorldRay ray = pixel_ray(view, x, y);
-        const double cosine = std::abs(all.slope(ray));
-        const double near = parts[first] * K / cosine, far = parts[1 - first] * K / cosine;
-        const double exact =
-            L[first] * -std::expm1(-near) - L[1 - first] * std::exp(-near) * std::expm1(-far);
-        found.add(
-            {std::abs(pixel(image, x, y, 0) - exact) / L[0], 2 * K * all.variation() / cosine});
-      }
+    for_pixels(view, painter.picture(view), [&](const WorldRay& ray, const float* rgba) {
+      const double cosine = std::abs(all.slope(ray));
+      const double near = parts[first] * K / cosine, far = parts[1 - first] * K / cosine;
+      const double exact =
+          L[first] * -std::expm1(-near) - L[1 - first] * std::exp(-near) * std::expm1(-far);
+      found.add({std::abs(rgba[0] - exact) / L[0], 2 * K * all.variation() / cosine});
+    });
   }
   return found;
 }
@@ -122,17 +116,14 @@ Measured rising(const Painter& painter, const Rise& rise, int channel) {
   scene.fov = 25;
   scene.integrator = Integrator::psi_exact;
   const View view = view_of(scene, plate.field(), Glow::density);
-  const Image image = painter.picture(view);
   Measured found;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const double exact =
-          channel == 3 ? 1 : rising_glow(rise.K, rise.slope * plate.slope(pixel_ray(view, x, y)));
-      // If values are off by d, then in R = int v K v T the two factors lose d each and T loses 2
-      // d. A does not change.
-      const double sensitivity = channel == 3 ? 0 : 4 * rise.slope / exact;
-      found.add({std::abs(pixel(image, x, y, channel) / exact - 1), sensitivity});
-    }
+  for_pixels(view, painter.picture(view), [&](const WorldRay& ray, const float* rgba) {
+    const double exact = channel == 3 ? 1 : rising_glow(rise.K, rise.slope * plate.slope(ray));
+    // If values are off by d, then in R = int v K v T the two factors lose d each and T loses 2
+    // d. A does not change.
+    const double sensitivity = channel == 3 ? 0 : 4 * rise.slope / exact;
+    found.add({std::abs(rgba[channel] / exact - 1), sensitivity});
+  });
   return found;
 }
 
@@ -144,8 +135,7 @@ Case rising_case(const std::string& name, const Rise& rise, bool hardware = true
           [=](const Painter& p) { return rising(p, rise, 0); }, hardware};
 }
 
-// --- sources other than the value itself, and ray templates
-// ---------------------------------------
+// --- sources other than the value itself, and ray templates --------------------------------------
 
 // The bound covers sums of 256 segments, and a depth d with up to 40 roundings, which change e^{-d}
 // by 40 * 2^-24 * 0.37.
@@ -197,16 +187,13 @@ Measured emitting_slab(const Painter& painter) {
   scene.extinction = 0;
   View view = view_of(scene, slab.field());
   view.medium.emission = {{view.medium.density, scale}};
-  const Image image = painter.picture(view);
   Measured found;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const WorldRay ray = pixel_ray(view, x, y);
-      const double exact = scale * slab.along(ray);
-      const double sensitivity = scale * slab.variation() / std::abs(slab.slope(ray)) / exact;
-      found.add({std::abs(pixel(image, x, y, 0) / exact - 1), sensitivity});
-      found.add({std::abs(double(pixel(image, x, y, 3))), 0});
-    }
+  for_pixels(view, painter.picture(view), [&](const WorldRay& ray, const float* rgba) {
+    const double exact = scale * slab.along(ray);
+    const double sensitivity = scale * slab.variation() / std::abs(slab.slope(ray)) / exact;
+    found.add({std::abs(rgba[0] / exact - 1), sensitivity});
+    found.add({std::abs(double(rgba[3])), 0});
+  });
   return found;
 }
 
@@ -223,12 +210,10 @@ Measured lit_ramp(const Painter& painter) {
   const double exact = rule_across(ramp, K, scene.segments, weighted_opacity,
                                    [&](int x) { return std::exp(-K * ramp.across(-1, x)); });
   Measured found;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x)
-      for (int c = 0; c < 3; ++c) {
-        const double color = scene.lights.front().color[c];
-        found.error = larger(found.error, std::abs(pixel(image, x, y, c) / color - exact));
-      }
+  for_pixels(view, image, [&](const WorldRay&, const float* rgba) {
+    for (int c = 0; c < 3; ++c)
+      found.error = larger(found.error, std::abs(rgba[c] / scene.lights[0].color[c] - exact));
+  });
   // L changes by a voxel's K v, and the depth counts twice, times L below 1
   found.sensitivity = K * 2 + 2 * K * ramp.variation();
   return found;

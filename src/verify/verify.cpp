@@ -138,21 +138,18 @@ double opacity_error(const View& view, const Image& image,
   const glm::dvec3& color = view.medium.color;
   const double scale = std::max({1.0, color.x, color.y, color.z});
   double worst = 0;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) {
-      const double a = -std::expm1(-depth(pixel_ray(view, x, y)));
-      worst = larger(worst, std::abs(pixel(image, x, y, 3) - a));
-      for (int c = 0; c < 3; ++c)
-        worst = larger(worst, std::abs(pixel(image, x, y, c) - color[c] * a) / scale);
-    }
+  for_pixels(view, image, [&](const WorldRay& ray, const float* rgba) {
+    const double a = -std::expm1(-depth(ray));
+    worst = larger(worst, std::abs(rgba[3] - a));
+    for (int c = 0; c < 3; ++c) worst = larger(worst, std::abs(rgba[c] - color[c] * a) / scale);
+  });
   return worst;
 }
 
 double radiance_error(const Image& image, double radiance) {
   double worst = 0;
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x)
-      worst = larger(worst, std::abs(pixel(image, x, y, 0) - radiance));
+  for (std::size_t i = 0; i < image.rgba().size(); i += 4)
+    worst = larger(worst, std::abs(image.rgba()[i] - radiance));
   return worst;
 }
 
