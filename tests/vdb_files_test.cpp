@@ -10,7 +10,7 @@
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
-#include "vdb/grid_types.h"
+#include "grids/grid_types.h"
 #include "vdb_test_util.h"
 
 namespace psivox {

@@ -11,7 +11,7 @@
 #include "psivox/error.h"
 #include "psivox/look.h"
 #include "psivox/medium.h"
-#include "vdb/grid_types.h"
+#include "grids/grid_types.h"
 #include "vdb_test_util.h"
 #include "verify/made_views.h"
 

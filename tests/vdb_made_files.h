@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "psivox/vdb.h"
-#include "vdb/grid_types.h"
+#include "grids/grid_types.h"
 #include "vdb_test_util.h"
 
 namespace psivox::test {

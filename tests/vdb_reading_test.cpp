@@ -18,7 +18,7 @@
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
 #include "thread_team.h"
-#include "vdb/grid_types.h"
+#include "grids/grid_types.h"
 #include "vdb_made_files.h"
 
 namespace psivox {

@@ -19,7 +19,7 @@
 
 #include "psivox/error.h"
 #include "psivox/vdb.h"
-#include "vdb/grid_types.h"
+#include "grids/grid_types.h"
 
 #ifndef PSIVOX_SHARED_DATA
 #define PSIVOX_SHARED_DATA ""

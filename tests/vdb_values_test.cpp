@@ -9,7 +9,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
-#include "vdb/grid_types.h"
+#include "grids/grid_types.h"
 #include "vdb_test_util.h"
 
 namespace psivox {

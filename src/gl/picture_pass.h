@@ -42,7 +42,7 @@ class PicturePass {
   int largest_;                   ///< side of the largest tile
   Triangle triangle_;
   std::unique_ptr<TileTarget> target_;  ///< of the largest tile so far
-  RayTexels missed_;  ///< what is drawn of a ray that does not meet the domain
+  RayTexels missed_;                    ///< what is drawn of a ray that does not meet the domain
 };
 
 }  // namespace psivox::gl

@@ -23,7 +23,7 @@
 #include <vector>
 
 #include "field/index_space.h"
-#include "grid_types.h"
+#include "grid_rows.h"
 #include "psivox/error.h"
 #include "psivox/leaf_values.h"
 #include "reading_messages.h"
