@@ -1,5 +1,5 @@
 # Flags and components. A component is a folder of src/, compiled separately with the packages it
-# may use: OpenVDB in vdb, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces the rules
+# may use: OpenVDB in grids, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces the rules
 # that include paths cannot.
 add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)
@@ -55,7 +55,7 @@ function(psivox_finds_library target path)
 endfunction()
 
 # psivox_module(NAME FOLDER USES targets...): a component that libpsivox loads on demand from the
-# folder `psivox` beside itself. Anything that runs the library depends on it.
+# folder `psivox` beside itself.
 function(psivox_module name folder)
   cmake_parse_arguments(arg "" "" "USES" ${ARGN})
   psivox_sources(sources ${folder})

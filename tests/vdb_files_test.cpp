@@ -10,9 +10,9 @@
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
+#include "grids/grid_types.h"
 #include "scratch.h"
 #include "thrown.h"
-#include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
 namespace psivox {

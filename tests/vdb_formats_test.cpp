@@ -10,10 +10,10 @@
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
+#include "grids/grid_types.h"
 #include "psivox/open.h"
 #include "scratch.h"
 #include "thrown.h"
-#include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 #include "verify/made_views.h"
 

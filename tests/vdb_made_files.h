@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "psivox/vdb.h"
+#include "grids/grid_types.h"
 #include "scratch.h"
-#include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
 namespace psivox::test {

@@ -19,8 +19,8 @@
 #include "psivox/vdb.h"
 #include "scratch.h"
 #include "thread_team.h"
+#include "grids/grid_types.h"
 #include "thrown.h"
-#include "vdb/grid_types.h"
 #include "vdb_made_files.h"
 
 namespace psivox {

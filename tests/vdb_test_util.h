@@ -18,8 +18,8 @@
 #include "field_voxels.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
+#include "grids/grid_types.h"
 #include "scratch.h"
-#include "vdb/grid_types.h"
 
 #ifndef PSIVOX_SHARED_DATA
 #define PSIVOX_SHARED_DATA ""

@@ -9,8 +9,8 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
+#include "grids/grid_types.h"
 #include "thrown.h"
-#include "vdb/grid_types.h"
 #include "vdb_test_util.h"
 
 namespace psivox {

@@ -199,15 +199,21 @@ class Timer {
 
 namespace {
 
-constexpr int smallest_side = 16, largest_side = 1024;
+constexpr int smallest_side = 16;
+
+/// Side of the largest tile that `pixels` need. State between passes takes 128 bytes a pixel, which
+/// a driver clears for each target: 8 MiB here.
+int largest_side(const PixelBox& pixels, bool resumable) {
+  const auto widest = unsigned(std::max(pixels.size.x, pixels.size.y));
+  return std::clamp(int(std::bit_ceil(widest)), smallest_side, resumable ? 256 : 1024);
+}
 
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
 /// draws wait for each other.
 int next_side(int side, const PixelBox& tile, double tile_ms, double wanted_ms) {
   if (tile_ms > 2 * wanted_ms) return std::max(side / 2, smallest_side);
   const double part = double(tile.size.x) * double(tile.size.y) / (double(side) * double(side));
-  if (tile_ms < 0.4 * part * wanted_ms) return std::min(side * 2, largest_side);
-  return side;
+  return tile_ms < 0.4 * part * wanted_ms ? side * 2 : side;
 }
 
 }  // namespace
@@ -220,10 +226,9 @@ PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, c
       options_(options),
       picture_(options.pixels.value_or(PixelBox{{}, view.scene.resolution})),
       drawn_(common(picture_, pixels_of(view, glm::dvec3(domain.min), glm::dvec3(domain.max)))),
-      beside_(around(drawn_, picture_)) {
-  const int first = march.key().resumable || options.tile_ms < 100 ? 64 : 512;
-  const auto widest = unsigned(std::max(drawn_.size.x, drawn_.size.y));
-  make_target(std::clamp(int(std::bit_ceil(widest)), smallest_side, first));
+      beside_(around(drawn_, picture_)),
+      largest_(largest_side(drawn_, march.key().resumable)) {
+  make_target(std::min(march.key().resumable || options.tile_ms < 100 ? 64 : 512, largest_));
   // Drivers compile at the first draw: one pixel, so that the march's time is the march's. It is
   // one that misses the domain, if any does, since all these draw the same.
   target_->bind(0);
@@ -248,13 +253,13 @@ Image PicturePass::draw(RenderStats& stats) {
   Film film(view_, options_);
   Readback readback(film, view_, options_, double(drawn_.size.x) * drawn_.size.y);
   const glm::ivec2 centre = picture_.origin + picture_.size / 2;
-  for (TileOrder order(drawn_, centre, largest_side); !order.empty();) {
-    const int side = target_->side();
+  int side = target_->side();
+  for (TileOrder order(drawn_, centre, largest_); !order.empty();) {
+    if (side > target_->side()) make_target(side);
     const PixelBox tile = order.take(side);
     const Stopwatch drawing;
     draw_tile(tile, readback, timer, stats);
-    const int next = next_side(side, tile, drawing.ms(), options_.tile_ms);
-    if (next != side && !order.empty()) make_target(next);
+    side = std::min(next_side(side, tile, drawing.ms(), options_.tile_ms), largest_);
   }
   readback.develop();
   for (const PixelBox& pixels : beside_)

@@ -8,7 +8,7 @@
 
 #include "field/leaf_values.h"
 #include "field/value_percentile.h"
-#include "read_grid.h"
+#include "grid_rows.h"
 #include "reader.h"
 #include "survey.h"
 
@@ -18,7 +18,7 @@ namespace {
 /// Active voxels of a grid in memory: those that are not 0.
 LeafMask active_mask(const float* values, int channels) {
   LeafMask mask;
-  for (openvdb::Index i = 0; i < kLeafVoxels; ++i, values += channels)
+  for (unsigned i = 0; i < kLeafVoxels; ++i, values += channels)
     if (std::any_of(values, values + channels, [](float value) { return value != 0; }))
       mask.setOn(i);
   return mask;
@@ -89,7 +89,7 @@ Field activity_of(const Field& field) {
   for (std::size_t n = 0; n < field.leaves.size(); ++n) {
     const LeafMask mask = active_mask(OrderedValues(field, field.leaves[n]).data(), field.channels);
     float* const to = values.get() + n * kLeafVoxels;
-    for (std::size_t i = 0; i < kLeafVoxels; ++i) to[i] = mask.isOn(openvdb::Index(i));
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) to[i] = mask.isOn(unsigned(i));
     active.leaves[n].values = to;
   }
   for (Tile& tile : active.tiles) tile.value = glm::vec3(1, 0, 0);

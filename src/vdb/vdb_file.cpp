@@ -1,5 +1,3 @@
-#include <openvdb/openvdb.h>
-
 #include <algorithm>
 #include <array>
 #include <map>
@@ -220,6 +218,6 @@ Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
   return field;
 }
 
-std::string openvdb_version() { return openvdb::getLibraryVersionString(); }
+std::string openvdb_version() { return vdb::grid_files().version(); }
 
 }  // namespace psivox

@@ -41,7 +41,6 @@ void check_root(const openvdb::GridBase& grid) {
 
 Archive::Archive(std::shared_ptr<FileBlocks> file, Progress progress)
     : GridFile(std::move(file), std::move(progress)) {
-  openvdb::initialize();
   refuse_foreign(*file_);
   try {
     readHeader(stream_);

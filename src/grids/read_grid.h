@@ -2,11 +2,8 @@
 
 #include <openvdb/openvdb.h>
 
-#include <cmath>
 #include <cstdint>
-#include <limits>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -37,35 +34,6 @@ ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& op
 
 /// Finds in a field's voxels, none of which is bad, what the options ask for.
 void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);
-
-/// Statistics of active values that add up; of lengths, if there are vectors.
-struct Statistics {
-  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
-  std::uint64_t not_finite = 0;
-
-  void add(double value, std::uint64_t count);
-  void add(const Statistics& other);
-  /// A value of so many voxels. `Number` is float or double.
-  template <typename Number>
-  void add(const Number* value, int channels, std::uint64_t count) {
-    add(channels == 1 ? double(*value)
-                      : std::hypot(double(value[0]), double(value[1]), double(value[2])),
-        count);
-  }
-  /// The active values of a leaf.
-  template <typename Number>
-  void add(const Number* values, int channels, const LeafMask& active) {
-    for (auto on = active.beginOn(); on; ++on)
-      add(values + on.pos() * std::size_t(channels), channels, std::uint64_t{1});
-  }
-  std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
-};
-
-/// Sets the world's box by the active box and the transform, which must be affine.
-void set_world_box(GridInfo& info);
-
-/// What a picture could be made of a grid with so many active voxels, some of which are not 0.
-GridContent content_of(std::uint64_t active_voxels, bool has_value);
 
 // Trees of OpenVDB, for the conversions that need one.
 

@@ -68,9 +68,6 @@ struct GridSummary {
   glm::dvec3 background{0};  ///< a scalar's in every component
 };
 
-/// Whether coordinates would overflow: the box is 2^30 voxels wide or that far from the origin.
-bool too_large(const Box& box);
-
 /// Whether it has a background other than 0, and is no level set, whose background is its half
 /// width.
 bool has_background(const openvdb::GridBase& grid, const GridSummary& summary);

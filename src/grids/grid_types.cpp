@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "field/index_space.h"
+#include "vdb/grid_rows.h"
 
 namespace psivox::vdb {
 namespace {
@@ -45,9 +46,6 @@ const SupportedType* find(const std::string& grid_type) {
   }
   return nullptr;
 }
-
-/// Coordinates below this limit keep differences, sums of two and a margin within an int.
-constexpr std::int64_t max_extent = std::int64_t{1} << 30;
 
 /// The half width of a level set, or the 0 of a fog of that class; nothing for other grids.
 std::optional<double> half_width(const openvdb::GridBase& grid) {
@@ -91,16 +89,6 @@ std::string unsupported_type(const std::string& grid_type) {
 
 bool is_level_set(const openvdb::GridBase& grid) { return half_width(grid).value_or(0) != 0; }
 bool is_fog_of_wrong_class(const openvdb::GridBase& grid) { return half_width(grid) == 0; }
-
-bool too_large(const Box& box) {
-  for (int axis = 0; axis < 3; ++axis) {
-    const std::int64_t lo = box.min[axis], hi = box.max[axis];
-    if (hi - lo + 1 >= max_extent || std::abs(lo) >= max_extent || std::abs(hi) >= max_extent) {
-      return true;
-    }
-  }
-  return false;
-}
 
 bool has_background(const openvdb::GridBase& grid, const GridSummary& summary) {
   // A level set's background is its half width; the conversion to fog makes it 0.

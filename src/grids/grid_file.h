@@ -11,9 +11,9 @@
 #include <string>
 #include <vector>
 
-#include "reader.h"
-#include "survey.h"
 #include "topology.h"
+#include "vdb/reader.h"
+#include "vdb/survey.h"
 
 namespace psivox::vdb {
 

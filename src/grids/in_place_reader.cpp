@@ -11,8 +11,8 @@
 #include "field/value_percentile.h"
 #include "grid_types.h"
 #include "read_grid.h"
-#include "reader.h"
-#include "scan/scan.h"
+#include "vdb/grid_rows.h"
+#include "vdb/reader.h"
 
 namespace psivox::vdb {
 namespace {
@@ -20,29 +20,6 @@ namespace {
 std::unique_ptr<GridFile> open_grids(std::shared_ptr<FileBlocks> file, Progress progress = {}) {
   if (is_nano(*file)) return open_nano_file(std::move(file), std::move(progress));
   return std::make_unique<Archive>(std::move(file), std::move(progress));
-}
-
-/// Reads a scan's frames as grids: `image`, or `image[0]`, `image[1]`, ... of several; `rgb` of
-/// colours.
-std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, const std::string& path,
-                                    Progress progress) {
-  const scan::Header& header = scan->header();
-  FieldSource source;
-  source.path = path;
-  source.type = header.format;
-  source.facts.metadata = header.metadata;
-  source.facts.z_up = header.z_up;
-  if (header.frames > 1) source.facts.metadata["frames"] = std::to_string(header.frames);
-  const std::string base = header.colour ? "rgb" : "image";
-  for (std::int64_t n = 0; n < header.frames; ++n)
-    source.facts.grids.push_back({header.frames == 1 ? base : base + "[" + std::to_string(n) + "]",
-                                  base, header.channels, header.value_type(),
-                                  header.statistic ? "unknown" : "scan"});
-  source.make = [scan = std::move(scan), names = source.facts.grids,
-                 progress = std::move(progress)](std::size_t n) {
-    return std::make_shared<const Field>(scan->read(std::int64_t(n), names[n].name, progress));
-  };
-  return field_reader(std::move(source));
 }
 
 glm::dvec3 column_lengths(const glm::dmat4& m) {
@@ -64,20 +41,6 @@ std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
   for (const TilePart& part : grid.topology().tiles)
     if (part.active) found.add(&part.value.x, channels, tile_voxels(part.tile()));
   return found.all();
-}
-
-/// Bounds of the centres of the box's voxels, by a function from index to world.
-template <typename ToWorld>
-void set_world_box(GridInfo& info, const ToWorld& to_world) {
-  const Box& box = info.active_box;
-  info.world_min = glm::dvec3(std::numeric_limits<double>::infinity());
-  info.world_max = -info.world_min;
-  for (unsigned i = 0; i < 8; ++i) {
-    const glm::dvec3 p = to_world(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                  i & 4 ? box.max.z : box.min.z);
-    info.world_min = glm::min(info.world_min, p);
-    info.world_max = glm::max(info.world_max, p);
-  }
 }
 
 void set_transform(const openvdb::math::Transform& transform, GridInfo& info) {
@@ -254,51 +217,16 @@ class InPlaceReader final : public Reader {
   GridRole last_role_ = GridRole::attenuation;
 };
 
-}  // namespace
-
-void Statistics::add(double value, std::uint64_t count) {
-  if (!std::isfinite(value)) {
-    not_finite += count;
-    return;
-  }
-  least = std::min(least, value);
-  greatest = std::max(greatest, value);
-  voxels += static_cast<double>(count);
-  mean += (value - mean) * static_cast<double>(count) / voxels;
-}
-
-void Statistics::add(const Statistics& other) {
-  not_finite += other.not_finite;
-  if (other.voxels == 0) return;
-  least = std::min(least, other.least);
-  greatest = std::max(greatest, other.greatest);
-  voxels += other.voxels;
-  mean += (other.mean - mean) * other.voxels / voxels;
-}
-
-std::optional<ValueStatistics> Statistics::all() const {
-  if (voxels == 0) return std::nullopt;
-  return ValueStatistics{least, greatest, mean, not_finite};
-}
-
-void set_world_box(GridInfo& info) {
-  if (info.active_box.empty()) return;
-  set_world_box(info, [&](double x, double y, double z) {
-    return glm::dvec3(info.world_from_index * glm::dvec4(x, y, z, 1));
-  });
-}
-
-GridContent content_of(std::uint64_t active_voxels, bool has_value) {
-  return {active_voxels, has_value            ? ""
-                         : active_voxels == 0 ? "has no active voxel"
-                                              : "is 0 everywhere"};
-}
-
-std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
-                                    std::shared_ptr<FileBlocks> data, Progress progress) {
-  if (std::unique_ptr<scan::Scan> scan = scan::open_scan(file, std::move(data)))
-    return scan_reader(std::move(scan), file->path(), std::move(progress));
+std::unique_ptr<Reader> open_in_place(std::shared_ptr<FileBlocks> file, Progress progress) {
   return std::make_unique<InPlaceReader>(std::move(file), std::move(progress));
 }
 
+constexpr GridFiles table = {open_in_place, openvdb::getLibraryVersionString};
+
+}  // namespace
 }  // namespace psivox::vdb
+
+extern "C" const psivox::vdb::GridFiles* psivox_grid_files() {
+  openvdb::initialize();
+  return &psivox::vdb::table;
+}

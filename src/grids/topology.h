@@ -18,8 +18,8 @@
 #include "field/value_percentile.h"
 #include "grid_types.h"
 #include "psivox/field.h"
-#include "survey.h"
 #include "value_block.h"
+#include "vdb/survey.h"
 
 // What is read of a grid: its topology, and then its leaves.
 

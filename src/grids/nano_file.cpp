@@ -130,7 +130,6 @@ class NanoFile final : public GridFile {
  public:
   NanoFile(std::shared_ptr<FileBlocks> file, Progress progress)
       : GridFile(std::move(file), std::move(progress)) {
-    openvdb::initialize();
     try {
       do {
         read_segment();
