@@ -6,11 +6,11 @@
 #include <limits>
 #include <numbers>
 
+#include "grids/grid_types.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
-#include "grids/grid_types.h"
 #include "scratch.h"
 #include "thrown.h"
 #include "vdb_test_util.h"

@@ -7,10 +7,10 @@
 #include <memory>
 #include <optional>
 
+#include "grids/grid_types.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
-#include "grids/grid_types.h"
 #include "psivox/open.h"
 #include "scratch.h"
 #include "thrown.h"

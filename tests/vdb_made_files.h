@@ -11,8 +11,8 @@
 #include <string>
 #include <vector>
 
-#include "psivox/vdb.h"
 #include "grids/grid_types.h"
+#include "psivox/vdb.h"
 #include "scratch.h"
 #include "vdb_test_util.h"
 

@@ -14,12 +14,12 @@
 #include <numeric>
 
 #include "field/leaf_values.h"
+#include "grids/grid_types.h"
 #include "medium/value_range.h"
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
 #include "scratch.h"
 #include "thread_team.h"
-#include "grids/grid_types.h"
 #include "thrown.h"
 #include "vdb_made_files.h"
 

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "field_voxels.h"
+#include "grids/grid_types.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
-#include "grids/grid_types.h"
 #include "scratch.h"
 
 #ifndef PSIVOX_SHARED_DATA

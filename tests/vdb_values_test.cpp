@@ -6,10 +6,10 @@
 #include <limits>
 #include <numbers>
 
+#include "grids/grid_types.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
-#include "grids/grid_types.h"
 #include "thrown.h"
 #include "vdb_test_util.h"
 

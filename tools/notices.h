@@ -4,8 +4,8 @@
 #include <span>
 #include <string>
 
-#include "psivox/open.h"
 #include "psivox/error.h"
+#include "psivox/open.h"
 
 namespace psivox {
 
