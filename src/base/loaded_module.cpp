@@ -1,0 +1,23 @@
+#include "base/loaded_module.h"
+
+#include <dlfcn.h>
+
+#include <filesystem>
+
+namespace psivox {
+
+void* load_symbol(const std::string& module, const char* symbol, bool shared,
+                  std::string& problem) {
+  std::filesystem::path path = module;
+  Dl_info self{};
+  if (dladdr(reinterpret_cast<const void*>(&load_symbol), &self) != 0 && self.dli_fname)
+    path = std::filesystem::path(self.dli_fname).parent_path() / "psivox" / module;
+  void* const opened = dlopen(path.c_str(), RTLD_LAZY | (shared ? RTLD_GLOBAL : RTLD_LOCAL));
+  void* const found = opened ? dlsym(opened, symbol) : nullptr;
+  if (found) return found;
+  const char* why = dlerror();
+  problem = why ? why : "its symbol is missing";
+  return nullptr;
+}
+
+}  // namespace psivox
