@@ -20,6 +20,8 @@ t 0 - render "$S" -o a.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,
 t 0 - render "$S" -o b.exr $R --camera-position=-.5,0,300 --camera-target -.5,0,1 --trust
 t 0 rms compare a.exr b.exr --max-abs 1e-30
 t 0 "Reading is guarded by" --version
+# Only the module that reads grids links OpenVDB, and its reader loads it.
+! ldd "$program" | grep -q libopenvdb || fail "the program links OpenVDB"
 # Forms of help: shells read their completion, and manual pages have every exit code of the guide.
 t 0 ".TH PSIVOX-RENDER 1" render --help=man
 t 0 "_psivox_render() {" --help=bash
