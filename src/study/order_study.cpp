@@ -6,7 +6,6 @@
 
 #include "base/text.h"
 #include "base/text_file.h"
-#include "git_hash.h"
 #include "psivox/study.h"
 #include "study/page.h"
 #include "study/suite.h"
@@ -86,7 +85,7 @@ std::string order_csv(const std::vector<OrderRow>& rows) {
 }
 
 std::string order_json(const std::vector<OrderRow>& rows) {
-  Json out = {{"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", PSIVOX_GIT_HASH}};
+  Json out = {{"psivox_orders", 1}, {"version", PSIVOX_VERSION}, {"git", git_hash()}};
   for (const OrderRow& row : rows) out["orders"].push_back(json_of(row));
   return out.dump(1) + "\n";
 }

@@ -16,6 +16,9 @@
 
 namespace psivox {
 
+/// The commit that was built; empty without git.
+const char* git_hash();
+
 /// Two significant digits, such as 1.3e-6; 0 is "0".
 inline std::string two_digits(double value) {
   if (value == 0) return "0";

@@ -10,7 +10,6 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "field/leaf_values.h"
-#include "git_hash.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
@@ -77,7 +76,7 @@ StudyResults new_results(const View& view, const std::string& renderer, int repe
   const std::string& file = view.scene.input;
   StudyResults results;
   results.version = PSIVOX_VERSION;
-  results.git = PSIVOX_GIT_HASH;
+  results.git = git_hash();
   results.processor = processor_name();
   results.system = system_name();
   results.threads = int(std::thread::hardware_concurrency());

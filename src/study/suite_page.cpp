@@ -7,7 +7,6 @@
 
 #include "base/text.h"
 #include "base/text_file.h"
-#include "git_hash.h"
 #include "psivox/error.h"
 #include "study/page.h"
 #include "study/suite.h"
@@ -282,8 +281,8 @@ Section first_section(const std::string& conclusion, const std::vector<std::stri
     first.html += "<p><b>Not as expected:</b> " + html_text(miss) + "</p>\n";
     first.markdown += "- " + miss + "\n\n";
   }
-  first.html += suite_intro + std::string("<p>psivox ") + PSIVOX_VERSION + " " + PSIVOX_GIT_HASH +
-                ", " + html_text(renderer) + "</p>\n<div class=\"gallery\">\n";
+  first.html += suite_intro + std::string("<p>psivox ") + PSIVOX_VERSION + " " + git_hash() + ", " +
+                html_text(renderer) + "</p>\n<div class=\"gallery\">\n";
   for (const SuiteResult& r : results)
     first.html += html_figure(folder / (r.scene.name + ".png"), r.scene.name, 160);
   first.html += "</div>\n<h2>Error by look-ups</h2>\n";
