@@ -49,7 +49,7 @@ struct LookedScene {
 ///               are mostly low
 ///   brightness  light and luminance, so that the mean luminance of what is covered is 0.25, unless
 ///               3 % of it would then be brighter than white
-///   flame       grid, temperatures and brightness of a fire (see flame.h)
+///   flame       grid, temperatures and brightness of a fire
 /// What the scene gives (is_given) stays. An option replaces its own parameter of the look.
 /// `--light` and `--sky` replace all lights, `--emission-grid` the flame, and `--camera-position`
 /// the angles. What says how the medium shines replaces all light, colour and emission.

@@ -147,7 +147,7 @@ struct Scene {
   std::optional<Plane> slice;       ///< shown by mode slice; unset: across the view from the front
   std::optional<WorldBox> clip;     ///< only what is inside is drawn
   std::optional<Plane> clip_plane;  ///< only what is on the side of its normal is drawn
-  std::string holdout;              ///< FILE[:LAYER] of opaque depths, see holdout.h; empty: none
+  std::string holdout;              ///< FILE[:LAYER] of opaque depths; empty: none
   DepthKind holdout_depth = DepthKind::z;
 
   std::optional<Integrator> integrator;  ///< psi_weighted under cells, psi_balanced under uniform

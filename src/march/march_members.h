@@ -28,7 +28,9 @@ real4 fetch_interval(int i) const { return fetch_table(transfer_first + i); }
 #include "transfer_integrators.h"
 // clang-format on
 
-Weights integrate_segment(Segment s) {
+// This one and integrate_transfer hold all rules. They are not inlined: the compiler would take half
+// as long again for the march.
+[[gnu::noinline]] Weights integrate_segment(Segment s) {
   switch (integrator) {
 #define PSIVOX_ROW(name, middle, exact, cost, help) \
   case Integrator::name:                            \
@@ -52,7 +54,7 @@ real integrate_cell(Cubic c, real through, real s) {
   }
 }
 
-Mixture integrate_transfer(real front, real back, real length) {
+[[gnu::noinline]] Mixture integrate_transfer(real front, real back, real length) {
   switch (integrator) {
 #define PSIVOX_ROW(name, middle, exact, cost, help) \
   case Integrator::name:                            \

@@ -56,7 +56,7 @@ class Scene:
         self.options, self.file = options, file
         self.session = psivox.Session(json.loads(Path(file).read_text())["input"], scene=file,
                                       look="plain", resolution=(options.side, options.side))
-        self.truth = self.pixels(renderer="march-double", **EXACT)
+        self.truth = self.pixels(renderer="march-double", early_termination=0, **EXACT)
 
     def draw(self, **how):
         side = self.options.side
