@@ -88,6 +88,23 @@ TEST(Codes, EveryValueIsWithinHalfAStep) {
   }
 }
 
+// A cloud's greatest value often fills its inside. By steps that know nothing of it, it would be
+// off by a quarter of a step on average; by the best of eight random ones, by 1/18.
+TEST(Codes, ABricksGreatestValueIsNearlyExact) {
+  const BrickAtlas atlas =
+      build_atlas(make_field({{0, 0, 0}, {63, 63, 63}}, [](glm::ivec3 v) { return noise(v); }));
+  for (std::size_t width = 0; width < std::size(types); ++width) {
+    const BrickCodes codes =
+        brick_codes(atlas, std::vector<CodeWidth>(atlas.bricks.size(), CodeWidth(width)));
+    double sum = 0;
+    for (std::size_t slot = 0; slot < atlas.bricks.size(); ++slot) {
+      const float most = atlas.bricks[slot].max;
+      sum += std::abs(codes.own[slot].rounded(most) - double(most)) / double(codes.own[slot].step);
+    }
+    EXPECT_LE(sum / double(atlas.bricks.size()), 0.1) << width;
+  }
+}
+
 TEST(Codes, BricksAreAsWideAsTheirStepsAsk) {
   const BrickAtlas atlas = build_atlas(signed_noise());
   const std::size_t count = atlas.bricks.size();
