@@ -35,6 +35,12 @@ Error read_error(const fs::path& path, const std::string& why) {
   return Error(ExitCode::input, "cannot read " + in_quotes(path.string()) + ": " + one_line(why));
 }
 
+Error no_picture(const fs::path& path, const std::vector<std::string>& channels) {
+  std::string names;
+  for (const std::string& name : channels) names += " " + name;
+  return read_error(path, "it has neither the channels R G B nor Y, but" + names);
+}
+
 Error write_error(const fs::path& path, const std::string& why) {
   return Error(ExitCode::output, "cannot write " + in_quotes(path.string()) + ": " + one_line(why));
 }

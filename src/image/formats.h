@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/text_file.h"
 #include "psivox/error.h"
@@ -18,6 +19,9 @@ std::string one_line(const std::string& text);
 
 /// "cannot read 'path': why", Error(input).
 Error read_error(const std::filesystem::path& path, const std::string& why);
+
+/// The same for a file whose channels hold no picture.
+Error no_picture(const std::filesystem::path& path, const std::vector<std::string>& channels);
 
 /// "cannot write 'path': why", Error(output).
 Error write_error(const std::filesystem::path& path, const std::string& why);
@@ -110,6 +114,14 @@ std::string exr_channel_name(const Layer& layer, std::size_t channel);
 /// Error(output).
 void write_exr(const Image& image, const WriteOptions& options, OutputFile& file);
 
+/// Lets OpenEXR use all processors from now on, if a picture has many pixels.
+void use_exr_threads(std::int64_t pixels);
+
+/// Reads the first part. Without `needs_picture` it may have layers alone. Throws Error(input).
+Image read_exr(const std::filesystem::path& path, bool needs_picture);
+/// All texts of its header. Throws Error(input).
+std::map<std::string, std::string> read_exr_metadata(const std::filesystem::path& path);
+
 /// Reads linear, premultiplied R G B A, and all texts as metadata. Throws Error(input).
 Image read_png(const std::filesystem::path& path);
 
@@ -120,10 +132,10 @@ void write_png(const Image& image, const WriteOptions& options, OutputFile& file
 
 /// What the module psivox_oiio (src/oiio) offers. It is a module of its own because linking
 /// OpenImageIO and all that it depends on takes longer than a small picture: it is loaded when a
-/// picture is read that is no PNG, or written that is neither EXR nor PNG.
+/// picture is read or written that is neither EXR nor PNG, for whose files psivox asks the
+/// libraries themselves.
 struct PictureFiles {
-  /// Without `needs_picture` an EXR may have layers alone.
-  Image (*read)(const std::filesystem::path& path, Format format, bool needs_picture);
+  Image (*read)(const std::filesystem::path& path, Format format);
   std::map<std::string, std::string> (*read_metadata)(const std::filesystem::path& path,
                                                       Format format);
   /// Whether this OpenImageIO can write the format.

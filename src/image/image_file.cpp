@@ -116,10 +116,12 @@ const image_io::PictureFiles* load_module(ExitCode if_missing) {
                               "cannot load the module that reads and writes pictures: " + problem));
 }
 
+/// Reads the picture, or layers alone if `needs_picture` is not set.
 Image read_any(const fs::path& path, Format format, bool needs_picture) {
   try {
+    if (format == Format::exr) return image_io::read_exr(path, needs_picture);
     if (format == Format::png) return image_io::read_png(path);
-    return image_io::picture_files(ExitCode::failure).read(path, format, needs_picture);
+    return image_io::picture_files(ExitCode::failure).read(path, format);
   } catch (const std::bad_alloc&) {
     throw image_io::read_error(path, "there is not enough memory for its pixels");
   }
@@ -247,9 +249,9 @@ Image read_layers(const fs::path& path) {
 
 std::map<std::string, std::string> read_metadata(const fs::path& path) {
   const Format format = image_io::format_from_contents(path);
-  return format == Format::png
-             ? image_io::read_png(path).metadata
-             : image_io::picture_files(ExitCode::failure).read_metadata(path, format);
+  if (format == Format::exr) return image_io::read_exr_metadata(path);
+  if (format == Format::png) return image_io::read_png(path).metadata;
+  return image_io::picture_files(ExitCode::failure).read_metadata(path, format);
 }
 
 std::string read_metadata(const fs::path& path, const std::string& key) {

@@ -22,7 +22,7 @@
 namespace psivox::image_io {
 namespace {
 
-/// Pixels that one thread encodes before others have begun.
+/// Pixels that one thread encodes or decodes before others have begun.
 constexpr std::int64_t few_pixels = 1 << 14;
 
 /// An OutputFile as OpenEXR writes to it.
@@ -132,11 +132,15 @@ void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
 
 }  // namespace
 
-void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
+void use_exr_threads(std::int64_t pixels) {
   static std::once_flag threads;  // pictures may be written from several
-  if (image.width * std::int64_t(image.height) > few_pixels)
+  if (pixels > few_pixels)
     std::call_once(threads,
                    [] { Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency())); });
+}
+
+void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
+  use_exr_threads(image.width * std::int64_t(image.height));
   std::string says;
   try {
     encode(image, options, file);

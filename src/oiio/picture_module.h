@@ -9,7 +9,7 @@
 namespace psivox::image_io {
 
 // The entries of PictureFiles.
-Image read_picture(const std::filesystem::path& path, Format format, bool needs_picture);
+Image read_picture(const std::filesystem::path& path, Format format);
 std::map<std::string, std::string> read_picture_metadata(const std::filesystem::path& path,
                                                          Format format);
 void write_picture(const Image& image, Format format, const WriteOptions& options,
