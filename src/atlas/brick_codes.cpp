@@ -20,8 +20,8 @@ constexpr int word_bits[] = {7, 12, 16};  // of a code, by width
 int bits_of(CodeWidth width) { return word_bits[std::size_t(width)]; }
 
 /// The step of codes from 0 to `most` that reach over `range`: of the narrowest steps that a head
-/// can hold the one whose multiple is nearest to the range. A cloud's greatest value often fills
-/// its inside, where a ray meets the same error in every voxel.
+/// can hold, the one whose multiple is nearest to the range. The greatest value is then nearly
+/// exact: it often fills the inside of a cloud, where a ray meets its error in every voxel.
 float step_of(double range, double most) {
   constexpr float least = 1e-37F;  // no code is a denormal number
   constexpr int tries = 8;         // the last is at most 1.6 % wider than the first

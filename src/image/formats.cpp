@@ -51,8 +51,8 @@ constexpr int any_size = std::numeric_limits<int>::max();
 
 /// The rows are in the order of Format.
 constexpr FormatFacts formats[] = {
-    {Format::exr, ".exr", "", "openexr", true, any_size},
-    {Format::png, ".png", "", "png", true, any_size},
+    {Format::exr, ".exr", "", nullptr, true, any_size},
+    {Format::png, ".png", "", nullptr, true, any_size},
     {Format::tiff, ".tif", ".tiff", "tiff", true, any_size},
     {Format::jpeg, ".jpg", ".jpeg", "jpeg", false, 65500},  // libjpeg ends the program above it
     {Format::hdr, ".hdr", "", "hdr", false, any_size},

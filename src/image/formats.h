@@ -39,9 +39,10 @@ struct FormatFacts {
   Format format;
   std::string_view extension;
   std::string_view other_extension;  ///< that means the same; may be empty
-  const char* openimageio;           ///< OpenImageIO's name of its reader and writer
-  bool alpha;                        ///< whether pictures are written with alpha
-  int most_pixels;                   ///< on a side, that the format or its encoder takes
+  /// OpenImageIO's name of its reader and writer; null: psivox calls the format's own library.
+  const char* openimageio;
+  bool alpha;       ///< whether pictures are written with alpha
+  int most_pixels;  ///< on a side, that the format or its encoder takes
 };
 
 const FormatFacts& facts_of(Format format);
@@ -131,9 +132,8 @@ std::string png_bytes(const Image& image, const WriteOptions& options = {});
 void write_png(const Image& image, const WriteOptions& options, OutputFile& file);
 
 /// What the module psivox_oiio (src/oiio) offers. It is a module of its own because linking
-/// OpenImageIO and all that it depends on takes longer than a small picture: it is loaded when a
-/// picture is read or written that is neither EXR nor PNG, for whose files psivox asks the
-/// libraries themselves.
+/// OpenImageIO and all that it depends on takes longer than a small picture: it is loaded for the
+/// formats that need it.
 struct PictureFiles {
   Image (*read)(const std::filesystem::path& path, Format format);
   std::map<std::string, std::string> (*read_metadata)(const std::filesystem::path& path,

@@ -22,7 +22,7 @@ using image_io::Format;
 
 float brightest(const float* rgba) { return std::max({rgba[0], rgba[1], rgba[2]}); }
 
-bool through_openimageio(Format format) { return format != Format::exr && format != Format::png; }
+bool through_openimageio(Format format) { return image_io::facts_of(format).openimageio; }
 
 /// Every reason to refuse a file of this name, these options and this size that is known before
 /// there is a picture.

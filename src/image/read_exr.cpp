@@ -1,7 +1,8 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfInputFile.h>
+#include <OpenEXR/ImfInputPart.h>
+#include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
 
@@ -154,12 +155,12 @@ std::map<std::string, std::string> metadata_of(const Imf::Header& header) {
   return metadata;
 }
 
-/// Calls use(file), an Imf::InputFile of the first part. What OpenEXR throws becomes Error(input).
+/// Calls use(file), of which OpenEXR has read the headers. What it throws becomes Error(input).
 template <typename Use>
 auto with_exr(const std::filesystem::path& path, const Use& use) {
   check_exr_header(path);
   try {
-    Imf::InputFile file(path.c_str(), int(std::thread::hardware_concurrency()));  // at most
+    Imf::MultiPartInputFile file(path.c_str(), int(std::thread::hardware_concurrency()));
     return use(file);
   } catch (const Error&) {
     throw;
@@ -177,9 +178,9 @@ std::pair<std::string_view, std::size_t> place_in_file(std::string_view name) {
   return {name.substr(0, end), channel.size() == 1 ? known.find(channel) : known.npos};
 }
 
-Image decode(const std::filesystem::path& path, Imf::InputFile& file, bool needs_picture) {
-  const Imf::Header& header = file.header();
-  if (header.hasType() && Imf::isDeepData(header.type()))
+Image decode(const std::filesystem::path& path, Imf::MultiPartInputFile& file, bool needs_picture) {
+  const Imf::Header& header = file.header(0);
+  if (Imf::isDeepData(header.type()))
     throw read_error(path, "it is a deep image; oiiotool --flatten makes a flat one");
   const Imath::Box2i& data = header.dataWindow();
   const Window window = picture_window(header);
@@ -206,8 +207,9 @@ Image decode(const std::filesystem::path& path, Imf::InputFile& file, bool needs
                  Imf::Slice::Make(Imf::FLOAT, pixels.get() + c, data, count * sizeof(float),
                                   count * sizeof(float) * std::size_t(stored.width)));
   use_exr_threads(stored.width * stored.height);
-  file.setFrameBuffer(frame);
-  file.readPixels(data.min.y, data.max.y);
+  Imf::InputPart part(file, 0);  // allocates lines for each thread
+  part.setFrameBuffer(frame);
+  part.readPixels(data.min.y, data.max.y);
   stored.values = {pixels.get(), values};
   return {window.width, window.height, layers_of_file(stored, window), metadata_of(header)};
 }
@@ -215,11 +217,11 @@ Image decode(const std::filesystem::path& path, Imf::InputFile& file, bool needs
 }  // namespace
 
 Image read_exr(const std::filesystem::path& path, bool needs_picture) {
-  return with_exr(path, [&](Imf::InputFile& file) { return decode(path, file, needs_picture); });
+  return with_exr(path, [&](auto& file) { return decode(path, file, needs_picture); });
 }
 
 std::map<std::string, std::string> read_exr_metadata(const std::filesystem::path& path) {
-  return with_exr(path, [](const Imf::InputFile& file) { return metadata_of(file.header()); });
+  return with_exr(path, [](const auto& file) { return metadata_of(file.header(0)); });
 }
 
 }  // namespace psivox::image_io

@@ -133,7 +133,7 @@ void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
 }  // namespace
 
 void use_exr_threads(std::int64_t pixels) {
-  static std::once_flag threads;  // pictures may be written from several
+  static std::once_flag threads;  // which may all write and read pictures
   if (pixels > few_pixels)
     std::call_once(threads,
                    [] { Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency())); });

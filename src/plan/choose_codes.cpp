@@ -20,7 +20,7 @@ namespace {
 /// there by this much [tolerances]; and light by this much. Errors of a ray's voxels are
 /// independent where values vary by more than a step. Inside a smooth cloud they do not, and a row
 /// of a brick is off by up to four steps. One pixel in a thousand is to be off by 5 tolerances at
-/// most: over 80 pictures it is by 4.5, and was by 5.6 with 9.7 in place of 8.
+/// most: in 80 pictures it is off by 4.5. With 9.7 in place of 8 it was off by 5.6.
 constexpr double depth_step = 8, light_step = 12;
 
 /// Each further trial's steps are narrower by what the trial before missed, within these factors,
