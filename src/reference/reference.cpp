@@ -186,4 +186,31 @@ std::vector<double> reference_light_depths(const View& view, const Beam& beam,
   return depths_of(voxels, std::ref(depth));
 }
 
+namespace {
+
+Layer transmittance_layer(const Image& image) {
+  Layer layer{"transmittance", {"transmittance"}, {}};
+  const auto rgba = image.rgba();
+  layer.values.reserve(rgba.size() / 4);
+  for (std::size_t i = 3; i < rgba.size(); i += 4) layer.values.push_back(1 - rgba[i]);
+  return layer;
+}
+
+}  // namespace
+
+RenderResult ReferenceMarcher::render(const View& view, const RenderOptions& options) {
+  ReferenceResult drawn = render_reference(view, 1e-12, options.progress);
+  RenderResult result;
+  RenderStats& stats = result.stats;
+  const glm::ivec2 size = view.scene.resolution;
+  stats.renderer = description();
+  stats.rays =
+      std::uint64_t(size.x) * std::uint64_t(size.y) * std::uint64_t(view.scene.pixel_samples);
+  stats.cells = drawn.cells;
+  stats.march_ms = 1e3 * drawn.seconds;
+  if (options.transmittance) drawn.image.layers.push_back(transmittance_layer(drawn.image));
+  result.image = std::move(drawn.image);
+  return result;
+}
+
 }  // namespace psivox

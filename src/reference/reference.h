@@ -4,10 +4,7 @@
 #include <span>
 #include <vector>
 
-#include "march/light.h"
-#include "psivox/error.h"
-#include "psivox/image.h"
-#include "psivox/medium.h"
+#include "march/marcher.h"
 
 namespace psivox {
 
@@ -44,5 +41,18 @@ LightDepths reference_light_depths(const View& view);
 /// The depths from some voxels.
 std::vector<double> reference_light_depths(const View& view, const Beam& beam,
                                            std::span<const glm::ivec3> voxels);
+
+/// The reference as a marcher. Its layers are `error` (its own bound), `transmittance`, and `depth`
+/// for maxima and surfaces; it counts cells.
+class ReferenceMarcher : public Marcher {
+ public:
+  std::string description() const override {
+    return "reference, adaptive quadrature in double precision on the CPU";
+  }
+  bool marches() const override { return false; }
+  void upload(const MediumAtlas&, Filter) override {}
+  LightDepths light_depths(const View& view) override { return reference_light_depths(view); }
+  RenderResult render(const View& view, const RenderOptions& options) override;
+};
 
 }  // namespace psivox
