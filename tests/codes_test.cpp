@@ -292,6 +292,26 @@ TEST_F(CodedMarch, ALastPictureLeavesNoValuesOfItsFile) {
   }
 }
 
+TEST_F(CodedMarch, ValuesGoBeforeLightIsSummedUpAndComeBackAfterACancellation) {
+  Scene scene = asked(1e-3);
+  scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
+  Session session(view_of(scene, from_file()));
+  const Field& density = *session.view().medium.density;
+  std::size_t least = value_bytes(density);
+  Wish last{.last = true};
+  last.progress = [&](Stage stage, double) {
+    least = std::min(least, test::resident_bytes(density));
+    if (stage == Stage::lighting && least <= test::discarded_bytes())
+      throw Error(ExitCode::failure, "cancelled");
+  };
+  EXPECT_THROW(session.draw(*Gpu::renderer(), last), Error);
+  EXPECT_LE(least, test::discarded_bytes());
+  last.progress = {};
+  const Image picture = session.draw(*Gpu::renderer(), last).image;
+  Session other(view_of(scene, from_file()));
+  EXPECT_EQ(compare_images(picture, other.draw(*Gpu::renderer()).image).max, 0);
+}
+
 TEST_F(CodedMarch, ValuesThatOthersHoldStay) {
   const Field held = from_file();
   Session session(view_of(asked(1e-3), held));

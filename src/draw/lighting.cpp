@@ -263,14 +263,16 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
     const bool columns = !need.exact && view.medium.others.empty();
     set_method(beams_, {.spacing = columns ? coarsest : 0});
-    return sum_up(view, depths, progress);
+    return sum_up(view, source, depths, progress);
   }
   const std::vector<Beam> some = sky_beams(view, tried_sky_count);
   if (some.empty()) return settle_lights(view, source, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
   LightError lights_error;
   if (!beams_.empty()) {
-    settle_lights(view, source, depths, part, progress);
+    LightSource before_sky = source;
+    before_sky.values_are_seen = {};
+    settle_lights(view, before_sky, depths, part, progress);
     lights_error = error_;
   }
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each
@@ -281,7 +283,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   const std::size_t lights = beams_.size();
   add_sky(view, trial.count());
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
-  sum_up(view, depths, progress);
+  sum_up(view, source, depths, progress);
   sky_error_ = sum(trial.miss(), trials.first_miss());
   error_ = sum(lights_error, sky_error_);
 }
@@ -297,7 +299,7 @@ void Lighting::settle_lights(const View& view, const LightSource& source, const 
   LightMethod method = trials.first(depths);
   while (true) {
     set_method(beams_, method);
-    sum_up(view, depths, progress);
+    sum_up(view, source, depths, progress);
     const LightError typical_miss = trials.miss(*medium_);
     error_ = own ? own->error(*medium_) : typical_miss;
     if (method.spacing == 0 ||
@@ -311,11 +313,15 @@ void Lighting::add_sky(const View& view, int count) {
   for (const Beam& beam : sky_beams(view, count)) beams_.push_back(beam);
 }
 
-void Lighting::sum_up(const View& view, const LightDepths& depths, const Progress& progress) {
+void Lighting::sum_up(const View& view, const LightSource& source, const LightDepths& depths,
+                      const Progress& progress) {
   std::vector<std::size_t> all(blocks_.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   medium_.reset();  // not beside the next
-  medium_ = LitLuminance(view, beams_).medium({blocks_, all}, depths, progress);
+  const LitLuminance luminance(view, beams_);
+  if (source.values_are_seen && !luminance.reads_density() && view.medium.others.empty())
+    source.values_are_seen();
+  medium_ = luminance.medium({blocks_, all}, depths, progress);
   light_others(view, beams_, depths_of_others_, *medium_, progress);
 }
 

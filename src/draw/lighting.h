@@ -26,6 +26,8 @@ struct LightSource {
   std::function<LightPilot::Depths(const View& view)> exact_depths;
   const MediumAtlas* atlas = nullptr;  ///< of the whole, if it is there
   LightShare share{};
+  /// Called when nothing looks at the density's values any more, once it is known.
+  std::function<void()> values_are_seen{};
 };
 
 /// The light of a medium, as far as it is computed, for pictures by several cameras.
@@ -67,8 +69,10 @@ class Lighting {
   /// depends on the camera.
   View typical_view(const View& view) const;
   void add_sky(const View& view, int count);
-  /// Computes medium_ from beams_.
-  void sum_up(const View& view, const LightDepths& depths, const Progress& progress);
+  /// Computes medium_ from beams_, after all looks at the medium itself unless the source has no
+  /// `values_are_seen`.
+  void sum_up(const View& view, const LightSource& source, const LightDepths& depths,
+              const Progress& progress);
   /// Computes the light of the beams that are there within an RMS, and finds their method.
   void settle_lights(const View& view, const LightSource& source, const LightDepths& depths,
                      double rms, const Progress& progress);

@@ -112,7 +112,7 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
       parts.marches_whole() ? &atlas.of(view, view.scene.texel, times) : nullptr;
   const LightSource source{[&](const View& from) { return parts.light_depths(from); },
                            [&](const View& from) { return parts.exact_depths(from, dark); }, dark,
-                           parts.light_share(unlit.density)};
+                           parts.light_share(unlit.density), [&] { atlas.discard_density(unlit); }};
   const Stopwatch watch;
   bool served = false;
   parts.team().agree([&] {

@@ -32,15 +32,20 @@ void WholeAtlas::restore() {
   clear();
 }
 
+void WholeAtlas::discard(const std::shared_ptr<const Field>& field) {
+  if (std::ranges::count(gone_, field)) return;
+  gone_.push_back(field);
+  discard_leaves(*field, 0, field->leaves.size());
+}
+
+void WholeAtlas::discard_density(const Medium& medium) {
+  if (discards && may_discard(*medium.density)) discard(medium.density);
+}
+
 void WholeAtlas::discard_fields(const Medium& medium) {
-  if (!discards) return;
-  const auto discard = [&](const std::shared_ptr<const Field>& field) {
-    if (std::ranges::count(gone_, field)) return;
-    gone_.push_back(field);
-    discard_leaves(*field, 0, field->leaves.size());
-  };
-  if (may_discard(*medium.density)) discard(medium.density);
-  if (medium.luminance && (medium.lit || may_discard(*medium.luminance))) discard(medium.luminance);
+  discard_density(medium);
+  if (discards && medium.luminance && (medium.lit || may_discard(*medium.luminance)))
+    discard(medium.luminance);
 }
 
 double WholeAtlas::bytes() const {

@@ -41,6 +41,8 @@ class WholeAtlas {
   const MediumAtlas& upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
                             PreparationTimes& times, const CodeWidths& codes = {},
                             bool last = false);
+  /// If it discards: lets the density's values go, of which all is made.
+  void discard_density(const Medium& medium);
   /// If it discards: lets the density's and the luminance's values go, of which all is made.
   void discard_fields(const Medium& medium);
   /// The widths of the codes that the marcher holds, if they will do for a preview; else null.
@@ -54,6 +56,9 @@ class WholeAtlas {
     MediumAtlas atlas;
     std::uint64_t number;  ///< of its upload
   };
+
+  /// Lets a field's values go, until restore().
+  void discard(const std::shared_ptr<const Field>& field);
 
   std::map<TexelType, MediumAtlas> atlases_;
   bool texels_are_gone_ = false;                                   ///< those of the atlases

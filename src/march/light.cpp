@@ -159,6 +159,12 @@ LitLuminance::LitLuminance(const View& view, std::vector<Beam> given)
   common_ = common_color(medium_, beams_);
 }
 
+bool LitLuminance::reads_density() const {
+  return medium_.source == LuminanceSource::density ||
+         medium_.source == LuminanceSource::transfer || medium_.luminance == medium_.density ||
+         !albedo_.is_one();
+}
+
 double LitLuminance::phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const {
   const glm::dvec3 at(medium_.density->world_from_index * glm::dvec4(voxel, 1));
   const glm::dvec3 seen =

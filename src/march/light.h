@@ -110,6 +110,8 @@ class LitLuminance {
   glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel, double depth) const;
   /// Channels of the lit medium's luminance.
   int channels() const { return common_ ? 1 : 3; }
+  /// Whether it is made of the density's values, beside their optical depths.
+  bool reads_density() const;
   /// Whether the camera changes it: there are several phases, so each voxel has its own.
   bool sees_camera() const { return g_ != 0 && !by_ray_; }
 
