@@ -72,10 +72,6 @@ std::size_t PageTableBuilder::child(std::size_t index) {
   return base;
 }
 
-void PageTableBuilder::set_brick(const glm::ivec3& brick, std::uint32_t entry) {
-  set_box(brick, brick, entry);
-}
-
 void PageTableBuilder::set_box(const glm::ivec3& min_brick, const glm::ivec3& max_brick,
                                std::uint32_t entry) {
   const glm::ivec3 origin = table_.min / brick_cells;

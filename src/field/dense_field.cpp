@@ -73,14 +73,8 @@ DenseField::Block DenseField::summarise(const LeafValues& values, const glm::ive
 
 void DenseField::copy(const LeafValues& values, const glm::ivec3& origin, float* leaf) const {
   const glm::ivec3 size = size_of_block(origin);
-  if (size == glm::ivec3(leaf_width)) return copy_values(values, field_.channels, leaf);
-  std::fill_n(leaf, 512 * field_.channels, 0.0f);
-  for (int x = 0; x < size.x; ++x)
-    for (int y = 0; y < size.y; ++y)
-      for (int z = 0; z < size.z; ++z)
-        for (int c = 0; c < field_.channels; ++c)
-          leaf[((x * 8 + y) * 8 + z) * field_.channels + c] =
-              values.at({x, y, z})[c * values.strides.channel];
+  if (size != glm::ivec3(leaf_width)) std::fill_n(leaf, 512 * field_.channels, 0.0f);
+  copy_values(values, field_.channels, leaf, size);
 }
 
 void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
