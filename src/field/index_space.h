@@ -42,6 +42,11 @@ void for_points(const Box& box, const Each& each) {
 /// A corner of the unit cube, by its number from 0 to 7.
 inline glm::ivec3 cube_corner(int i) { return {i >> 2, i >> 1 & 1, i & 1}; }
 
+/// A corner of a box, by its number from 0 to 7.
+inline glm::ivec3 corner_of(const Box& box, int i) {
+  return glm::mix(box.min, box.max, glm::bvec3(cube_corner(i)));
+}
+
 /// Orders points by x, then y, then z.
 inline bool comes_before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
