@@ -10,6 +10,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "field/index_space.h"
+
 namespace psivox::vdb {
 namespace {
 
@@ -108,9 +110,8 @@ Lattice lattice_of(const openvdb::GridBase& grid) {
   openvdb::Vec3d lo(infinity), hi(-infinity);
   double voxel_size = infinity;
   for (int corner = 0; corner < 8; ++corner) {
-    const openvdb::Vec3d index((corner & 1 ? box.max() : box.min()).x(),
-                               (corner & 2 ? box.max() : box.min()).y(),
-                               (corner & 4 ? box.max() : box.min()).z());
+    const glm::ivec3 at = corner_of({to_ivec3(box.min()), to_ivec3(box.max())}, corner);
+    const openvdb::Vec3d index(at.x, at.y, at.z);
     const openvdb::Vec3d world = transform.indexToWorld(index);
     lo = openvdb::math::minComponent(lo, world);
     hi = openvdb::math::maxComponent(hi, world);

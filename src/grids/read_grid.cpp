@@ -119,13 +119,7 @@ class Reading {
   /// Does work that throws the rest of a sentence.
   template <typename Work>
   void explained(const Work& work) const {
-    try {
-      work();
-    } catch (const Error&) {
-      throw;
-    } catch (const std::exception& e) {
-      refuse(e.what());
-    }
+    or_input_error(work, [&](const std::exception& e) { return subject_ + e.what(); });
   }
 
   void add_class_notices(const openvdb::GridBase& grid) {
