@@ -123,8 +123,8 @@ TEST(Atlas, BesideAnotherHasItsBricksAndAllValuesThere) {
     }
   }
   // a wide tile has too many bricks, and where 0 is visible all space has
-  field.tiles.push_back({{1024, 0, 0}, 1024, {0.5f, 0, 0}});
-  field.active_box.max = {2047, 1023, 1023};
+  field.tiles.push_back({{4096, 0, 0}, 4096, {0.5f, 0, 0}});
+  field.active_box.max = {8191, 4095, 4095};
   EXPECT_FALSE(build_atlas(field, {.own_texels = true}).own_texels);
 }
 

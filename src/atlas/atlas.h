@@ -70,13 +70,20 @@ struct ValueRange {
 /// lies within ranges that are not visible is not visible either.
 using Visibility = std::function<bool(const ValueRange& own, const ValueRange& companions)>;
 
+inline bool is_not_zero(const ValueRange& own, const ValueRange& /*companions*/) {
+  return own.min != 0 || own.max != 0;
+}
+
 struct AtlasOptions {
   TexelType texel = TexelType::float32;
   /// Largest host + GPU bytes, that is twice AtlasSize::bytes(); 0: no limit.
   std::uint64_t memory_limit = 0;
   /// By the values of the field and of `companion`. The atlas stores visible cells only. If unset,
-  /// a cell is visible if it has a value other than 0.
+  /// is_not_zero.
   Visibility visible{};
+  bool sees(const ValueRange& own, const ValueRange& companions = {}) const {
+    return visible ? visible(own, companions) : is_not_zero(own, companions);
+  }
   /// A scalar field of the same transform and domain that also decides visibility. It must be 0
   /// wherever the field has no leaf and no tile 8 voxels wide. Null means 0 everywhere.
   std::shared_ptr<const Field> companion{};

@@ -22,11 +22,12 @@ constexpr std::uint64_t few_constants = 4096;
 class AlikeBricks {
  public:
   /// The slot of a brick that is equal, else `next`; unset where a leaf takes part.
-  std::optional<std::uint32_t> slot(const BrickSource::Neighbours& from, std::uint32_t next) {
-    std::array<float, 24> key;
+  std::optional<std::uint32_t> slot(const BrickSource::Neighbours& from, int channels,
+                                    std::uint32_t next) {
+    std::array<float, 24> key{};
     for (std::size_t i = 0; i < 8; ++i) {
-      if (!from.blocks[i].is_constant()) return {};
-      for (int c = 0; c < 3; ++c) key[3 * i + std::size_t(c)] = from.blocks[i].constant[c];
+      if (!from[i].is_constant()) return {};
+      for (int c = 0; c < channels; ++c) key[3 * i + std::size_t(c)] = from[i].values.channel(c);
     }
     return slots_.try_emplace(key, next).first->second;
   }
@@ -36,15 +37,13 @@ class AlikeBricks {
 };
 
 /// Whether bricks of one value are few enough to store their texels.
-bool few_are_constant(const std::vector<Candidate>& candidates,
-                      const std::vector<BrickSource::ConstantBox>& tiles) {
+bool few_are_constant(const std::vector<Candidate>& candidates) {
   std::uint64_t constants = 0, others = 0;
   for (const Candidate& candidate : candidates) {
     const std::uint64_t count = count_of(candidate.bricks);
     if (candidate.kind == EntryKind::constant) constants += count;
     if (candidate.kind == EntryKind::brick) others += count;
   }
-  for (const BrickSource::ConstantBox& tile : tiles) constants += count_of({tile.min, tile.max});
   return constants <= std::max(few_constants, others);
 }
 
@@ -71,17 +70,14 @@ class Planner {
         region_(options.region.value_or(everywhere)),
         bricks_{atlas_.domain.min >> 3, (atlas_.domain.max - 1) >> 3},
         channels_(field.channels),
-        zero_visible_(visible(0)),
+        zero_visible_(options.sees({})),
         keep_all_(zero_visible_ && !options.walked.empty()),
         pages_(bricks_.min, bricks_.max, options.top_entries) {}
 
   BrickAtlas run() {
     candidates_ = find_candidates(source_, options_, region_, keep_all_);
     place_background();
-    const std::vector<BrickSource::ConstantBox> tiles = source_.wide_tiles();
-    atlas_.own_texels =
-        options_.own_texels && !zero_visible_ && few_are_constant(candidates_, tiles);
-    for (const BrickSource::ConstantBox& box : tiles) place(box);
+    atlas_.own_texels = options_.own_texels && !zero_visible_ && few_are_constant(candidates_);
     for (const Candidate& candidate : candidates_) place(candidate);
     atlas_.pages = pages_.finish();
     AtlasSize& size = atlas_.size;
@@ -94,11 +90,6 @@ class Planner {
 
  private:
   static constexpr std::uint32_t nothing = make_entry(EntryKind::empty, 1);
-
-  /// Whether bricks of one value are visible where the companion is 0.
-  bool visible(float value) const {
-    return options_.visible ? options_.visible({value, value}, {}) : value != 0;
-  }
 
   void set_box(const glm::ivec3& min, const glm::ivec3& max, std::uint32_t entry) {
     const Box box = common({min, max}, region_);
@@ -118,7 +109,7 @@ class Planner {
   }
 
   void add_brick(const glm::ivec3& brick) {
-    pages_.set_brick(brick, make_entry(EntryKind::brick, std::uint32_t(atlas_.places.size())));
+    pages_.set_box(brick, brick, make_entry(EntryKind::brick, std::uint32_t(atlas_.places.size())));
     atlas_.places.push_back(brick);
   }
 
@@ -130,28 +121,19 @@ class Planner {
     for (const Box& box : options_.walked) set_box(box.min >> 3, (box.max - 1) >> 3, zero);
   }
 
-  void place(const BrickSource::ConstantBox& tile) {
-    if (atlas_.own_texels && visible(tile.value.x))
-      for_bricks(common({tile.min, tile.max}, region_),
-                 [&](const glm::ivec3& brick) { add_brick(brick); });
-    else if (keep_all_ || visible(tile.value.x))
-      set_box(tile.min, tile.max, add_constant(tile.value));
-    else if (zero_visible_)
-      set_box(tile.min, tile.max, nothing);
-  }
-
   void place(const Candidate& candidate) {
     const Box box = common(candidate.bricks, bricks_);
     if (box.empty()) return;
     if (candidate.kind == EntryKind::empty) {
       if (zero_visible_ && !keep_all_) pages_.set_box(box.min, box.max, nothing);
     } else if (atlas_.own_texels) {
-      for_bricks(box, [&](const glm::ivec3& brick) { add_brick(brick); });
+      for_points(box, [&](const glm::ivec3& brick) { add_brick(brick); });
     } else if (candidate.kind == EntryKind::constant) {
       pages_.set_box(box.min, box.max, add_constant(candidate.value));
     } else {
       const auto next = std::uint32_t(atlas_.places.size());
-      const std::uint32_t slot = alike_.slot(source_.neighbours(box.min), next).value_or(next);
+      const std::uint32_t slot =
+          alike_.slot(source_.neighbours(box.min), channels_, next).value_or(next);
       pages_.set_box(box.min, box.max, make_entry(EntryKind::brick, slot));
       if (slot == next) atlas_.places.push_back(box.min);
     }

@@ -19,8 +19,6 @@ class BlockMap {
     slots_.resize(std::size_t{1} << bits_);
   }
 
-  std::size_t size() const { return size_; }
-
   std::int32_t find(const glm::ivec3& at) const {
     const std::uint64_t key = pack(at);
     for (std::size_t i = hash(key);; ++i) {

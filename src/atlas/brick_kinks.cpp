@@ -10,6 +10,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/block_map.h"
+#include "field/index_space.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -43,17 +44,15 @@ class BrickPlaces {
 
   void visit(std::size_t base, const glm::ivec3& size, int level, const glm::ivec3& first) {
     std::size_t index = base;
-    for (int x = 0; x < size.x; ++x)
-      for (int y = 0; y < size.y; ++y)
-        for (int z = 0; z < size.z; ++z) {
-          const std::uint32_t entry = pages_.entries[index++];
-          const glm::ivec3 at = first + glm::ivec3(x, y, z) * (1 << (3 * level));
-          if (entry_kind(entry) == EntryKind::child)
-            visit(entry_payload(entry), glm::ivec3(8), level - 1, at);
-          if (entry_kind(entry) != EntryKind::brick) continue;
-          numbers_.insert(at, std::int32_t(places_.size()));
-          places_.push_back({at, pages_.slot(entry)});
-        }
+    for_points({glm::ivec3(0), size - 1}, [&](const glm::ivec3& in_table) {
+      const std::uint32_t entry = pages_.entries[index++];
+      const glm::ivec3 at = first + in_table * (1 << (3 * level));
+      if (entry_kind(entry) == EntryKind::child)
+        visit(entry_payload(entry), glm::ivec3(8), level - 1, at);
+      if (entry_kind(entry) != EntryKind::brick) return;
+      numbers_.insert(at, std::int32_t(places_.size()));
+      places_.push_back({at, pages_.slot(entry)});
+    });
   }
 
   const PageTable& pages_;

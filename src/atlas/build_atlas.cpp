@@ -77,8 +77,6 @@ std::uint32_t hidden_octants(const float* values, const Visibility& visible) {
   return hidden;
 }
 
-bool is_not_zero(const ValueRange& own, const ValueRange&) { return own.min != 0 || own.max != 0; }
-
 /// Marks hidden octants in the page table, where its payloads have the room.
 void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
   if (!options.mark_octants || options.companion || !options.walked.empty() ||

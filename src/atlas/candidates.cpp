@@ -5,70 +5,47 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
+
+#include "atlas/block_map.h"
+#include "field/index_space.h"
 
 namespace psivox::atlas {
 namespace {
 
-/// Smallest and largest first channel of the blocks' parts that a brick holds.
-ValueRange value_range(const BrickSource::Neighbours& from, int channels) {
+/// Calls take(values, count) for the rows of a brick's values, of one value once, as long as it
+/// returns true. Returns what it returned last.
+template <typename Take>
+bool all_rows(const BrickSource::Neighbours& from, int channels, const Take& take) {
   std::array<float, 24> room;
-  const float first = *from.blocks[0].row(0, 0, 1, channels, room.data());
-  ValueRange range{first, first};
-  const auto see = [&](float value) {
-    range = {std::min(range.min, value), std::max(range.max, value)};
-  };
-  for (int i = 0; i < 8; ++i) {
-    const Block& block = from.blocks[i];
-    if (block.is_constant()) {
-      see(block.constant.x);
-      continue;
-    }
-    const int nx = i & 4 ? 1 : 8, ny = i & 2 ? 1 : 8, nz = i & 1 ? 1 : 8;
+  for (unsigned i = 0; i < 8; ++i) {
+    const FieldIndex::Block& block = from[i];
+    const int most = block.is_constant() ? 1 : 8;
+    const int nx = i & 4 ? 1 : most, ny = i & 2 ? 1 : most, nz = i & 1 ? 1 : most;
     for (int x = 0; x < nx; ++x)
-      for (int y = 0; y < ny; ++y) {
-        const float* row = block.row(x, y, nz, channels, room.data());
-        for (int z = 0; z < nz; ++z) see(row[z * channels]);
-      }
+      for (int y = 0; y < ny; ++y)
+        if (!take(block.values.row(x, y, nz, channels, room.data()), nz)) return false;
   }
-  return range;
+  return true;
 }
 
 /// Finds a brick's kind from its blocks, without copying the values.
 void find_kind(const BrickSource& source, const BrickSource::Neighbours& from,
                Candidate& candidate) {
   const int channels = source.channels();
-  std::array<float, 24> room;
-  const float* corner = from.blocks[0].row(0, 0, 1, channels, room.data());
   glm::vec3 first{0};
-  for (int c = 0; c < channels; ++c) first[c] = corner[c];
+  for (int c = 0; c < channels; ++c) first[c] = from[0].values.channel(c);
   candidate.value = first;
-
-  const auto row_is_first = [&](const float* values, int count) {
+  const bool equal = all_rows(from, channels, [&](const float* values, int count) {
     for (int i = 0; i < count * channels; ++i)
       if (values[i] != first[i % channels]) return false;
     return true;
-  };
-  for (int i = 0; i < 8; ++i) {
-    const Block& block = from.blocks[i];
-    if (block.is_constant()) {
-      for (int c = 0; c < channels; ++c)
-        if (block.constant[c] != first[c]) {
-          candidate.kind = EntryKind::brick;
-          return;
-        }
-      continue;
-    }
-    const int nx = i & 4 ? 1 : 8, ny = i & 2 ? 1 : 8, nz = i & 1 ? 1 : 8;
-    for (int x = 0; x < nx; ++x)
-      for (int y = 0; y < ny; ++y) {
-        if (row_is_first(block.row(x, y, nz, channels, room.data()), nz)) continue;
-        candidate.kind = EntryKind::brick;
-        return;
-      }
-  }
-  candidate.kind = first == glm::vec3(0) ? EntryKind::empty : EntryKind::constant;
+  });
+  candidate.kind = !equal                  ? EntryKind::brick
+                   : first == glm::vec3(0) ? EntryKind::empty
+                                           : EntryKind::constant;
 }
 
 /// Finds a brick's kind by options.visible, under which constants of 0 may be visible.
@@ -99,7 +76,7 @@ std::uint8_t visible_faces(const BrickSource& source, const AtlasOptions& option
   source.gather(source.neighbours(brick), values.data());
   unsigned faces = 0;
   for (int face = 0; face < 6; ++face)
-    if (options.visible(face_range(values.data(), face >> 1, face & 1), {})) faces |= 1u << face;
+    if (options.sees(face_range(values.data(), face >> 1, face & 1))) faces |= 1u << face;
   return std::uint8_t(faces);
 }
 
@@ -121,9 +98,8 @@ void add_margin(const BrickSource& source, const AtlasOptions& options, const Bo
   });
   BlockMap numbers(own), added;
   for (std::size_t i = 0; i < own; ++i) numbers.insert(candidates[i].bricks.min, std::int32_t(i));
-  const std::vector<int> widths = source.widths();
   const auto is_stored = [&](const glm::ivec3& brick) {
-    return std::ranges::any_of(widths, [&](int width) {
+    return std::ranges::any_of(FieldIndex::widths, [&](int width) {
       const Box piece = Piece::at(brick, width).bricks(region);
       const std::int32_t i = numbers.find(piece.min);
       if (i == BlockMap::none) return false;
@@ -134,7 +110,7 @@ void add_margin(const BrickSource& source, const AtlasOptions& options, const Bo
   for (std::size_t i = 0; i < own; ++i)
     for (int face = 0; face < 6; ++face) {
       if (!(reached[i] >> face & 1)) continue;
-      for_bricks(beside(candidates[i].bricks, face), [&](const glm::ivec3& brick) {
+      for_points(beside(candidates[i].bricks, face), [&](const glm::ivec3& brick) {
         const auto next = std::int32_t(candidates.size());
         if (is_stored(brick) || added.insert(brick, next) != next) return;
         Candidate candidate{{brick, brick}};
@@ -146,6 +122,16 @@ void add_margin(const BrickSource& source, const AtlasOptions& options, const Bo
 }
 
 }  // namespace
+
+ValueRange value_range(const BrickSource::Neighbours& from, int channels) {
+  ValueRange range{HUGE_VALF, -HUGE_VALF};
+  all_rows(from, channels, [&](const float* values, int count) {
+    for (int i = 0; i < count * channels; i += channels)
+      range = {std::min(range.min, values[i]), std::max(range.max, values[i])};
+    return true;
+  });
+  return range;
+}
 
 std::vector<Candidate> find_candidates(const BrickSource& source, const AtlasOptions& options,
                                        const Box& region, bool keep_all) {

@@ -15,13 +15,8 @@ struct Candidate {
   glm::vec3 value{0};
 };
 
-/// Calls `each` for the bricks of a box, whose ends are inclusive.
-template <typename Each>
-void for_bricks(const Box& box, const Each& each) {
-  for (int x = box.min.x; x <= box.max.x; ++x)
-    for (int y = box.min.y; y <= box.max.y; ++y)
-      for (int z = box.min.z; z <= box.max.z; ++z) each(glm::ivec3(x, y, z));
-}
+/// Least and greatest first channel of a brick's values.
+ValueRange value_range(const BrickSource::Neighbours& from, int channels);
 
 /// The bricks of a region that leaves and tiles reach, and with a margin those beside them. If they
 /// are all kept, what options.visible says does not matter.

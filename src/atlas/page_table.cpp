@@ -7,6 +7,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "field/index_space.h"
 #include "psivox/error.h"
 
 namespace psivox::atlas {
@@ -31,12 +32,9 @@ PageTableBuilder::PageTableBuilder(const glm::ivec3& min_brick, const glm::ivec3
   for (table_.levels = 1;; ++table_.levels) {
     const int span = 1 << (3 * (table_.levels - 1));
     table_.top_size = (bricks + (span - 1)) / span;
-    const glm::ivec3& n = table_.top_size;
-    if (std::uint64_t(n.x) * std::uint64_t(n.y) * std::uint64_t(n.z) <= top_entries) break;
+    if (top_count() <= top_entries) break;
   }
-  const glm::ivec3& n = table_.top_size;
-  table_.entries.assign(std::size_t(n.x) * std::size_t(n.y) * std::size_t(n.z),
-                        make_entry(EntryKind::empty, 1));
+  table_.entries.assign(top_count(), make_entry(EntryKind::empty, 1));
   merge_at_ = top_count() + few_entries;
 }
 
@@ -72,10 +70,6 @@ std::size_t PageTableBuilder::child(std::size_t index) {
   return base;
 }
 
-void PageTableBuilder::set_brick(const glm::ivec3& brick, std::uint32_t entry) {
-  set_box(brick, brick, entry);
-}
-
 void PageTableBuilder::set_box(const glm::ivec3& min_brick, const glm::ivec3& max_brick,
                                std::uint32_t entry) {
   const glm::ivec3 origin = table_.min / brick_cells;
@@ -100,31 +94,25 @@ void PageTableBuilder::set_box(std::size_t base, const glm::ivec3& size, int lev
                                Changes* changes) {
   const int shift = 3 * level;
   const int span = 1 << shift;
-  for (int x = lo.x >> shift; x <= hi.x >> shift; ++x)
-    for (int y = lo.y >> shift; y <= hi.y >> shift; ++y)
-      for (int z = lo.z >> shift; z <= hi.z >> shift; ++z) {
-        const glm::ivec3 at(x, y, z);
-        const std::size_t index = base + index_of(at, size);
-        const glm::ivec3 first = at * span;
-        const glm::ivec3 from = glm::max(lo - first, glm::ivec3(0));
-        const glm::ivec3 to = glm::min(hi - first, glm::ivec3(span - 1));
-        if (from == glm::ivec3(0) && to == glm::ivec3(span - 1)) {
-          table_.entries[index] = entry;
-          continue;
-        }
-        if (!changes) {
-          set_box(child(index), glm::ivec3(child_width), level - 1, from, to, entry, nullptr);
-          continue;
-        }
-        const Change change{table_.entries[index], level, from.x, from.y, from.z, to.x, to.y, to.z};
-        if (const auto made = changes->find(change); made != changes->end()) {
-          table_.entries[index] = made->second;
-          shared_[number(made->second)] = true;
-          continue;
-        }
-        set_box(child(index), glm::ivec3(child_width), level - 1, from, to, entry, changes);
-        changes->emplace(change, table_.entries[index]);
+  for_points({lo >> shift, hi >> shift}, [&](const glm::ivec3& at) {
+    const std::size_t index = base + index_of(at, size);
+    const glm::ivec3 first = at * span;
+    const glm::ivec3 from = glm::max(lo - first, glm::ivec3(0));
+    const glm::ivec3 to = glm::min(hi - first, glm::ivec3(span - 1));
+    if (from == glm::ivec3(0) && to == glm::ivec3(span - 1)) {
+      table_.entries[index] = entry;
+      return;
+    }
+    const Change change{table_.entries[index], level, from.x, from.y, from.z, to.x, to.y, to.z};
+    if (changes)
+      if (const auto made = changes->find(change); made != changes->end()) {
+        table_.entries[index] = made->second;
+        shared_[number(made->second)] = true;
+        return;
       }
+    set_box(child(index), glm::ivec3(child_width), level - 1, from, to, entry, changes);
+    if (changes) changes->emplace(change, table_.entries[index]);
+  });
 }
 
 /// Stores equal tables once. Those below others are compared first.
@@ -171,12 +159,10 @@ void PageTableBuilder::merge_equal() {
 }
 
 PageTable PageTableBuilder::finish() {
-  const glm::ivec3& n = table_.top_size;
-  const std::size_t top = top_count();
   merge_equal();
   table_.entries.shrink_to_fit();
-  set_skip_distances(table_.entries.data(), n, true);
-  for (std::size_t i = top; i < table_.entries.size(); i += child_entries)
+  set_skip_distances(table_.entries.data(), table_.top_size, true);
+  for (std::size_t i = top_count(); i < table_.entries.size(); i += child_entries)
     set_skip_distances(table_.entries.data() + i, glm::ivec3(child_width), false);
   return std::move(table_);
 }
@@ -202,12 +188,9 @@ void set_skip_distances(std::uint32_t* entries, const glm::ivec3& size, bool out
   };
   // Each pass reads only the half of the neighbours that it has already visited; entries still hold
   // their initial payload when the first pass comes to them.
-  for (int x = 0; x < size.x; ++x)
-    for (int y = 0; y < size.y; ++y)
-      for (int z = 0; z < size.z; ++z) relax({x, y, z}, 1, true);
-  for (int x = size.x - 1; x >= 0; --x)
-    for (int y = size.y - 1; y >= 0; --y)
-      for (int z = size.z - 1; z >= 0; --z) relax({x, y, z}, -1, false);
+  const Box all{glm::ivec3(0), size - 1};
+  for_points(all, [&](const glm::ivec3& at) { relax(at, 1, true); });
+  for_points(all, [&](const glm::ivec3& at) { relax(all.max - at, -1, false); });
 }
 
 }  // namespace psivox::atlas

@@ -18,9 +18,8 @@ class PageTableBuilder {
   PageTableBuilder(const glm::ivec3& min_brick, const glm::ivec3& max_brick,
                    std::uint64_t top_entries);
 
-  /// The table that the entries of these calls need; bricks outside it are ignored. Throws
-  /// Error(memory) if the table has more entries than a payload counts.
-  void set_brick(const glm::ivec3& brick, std::uint32_t entry);
+  /// Bricks outside the table are ignored. Throws Error(memory) if it would have more entries than
+  /// a payload counts.
   void set_box(const glm::ivec3& min_brick, const glm::ivec3& max_brick, std::uint32_t entry);
 
   PageTable finish();

@@ -157,7 +157,7 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field) {
   std::map<std::array<int, 3>, std::bitset<512>> cubes;
   for (const Leaf& leaf : field.leaves)
     for (int i = 0; i < 8; ++i) {
-      const glm::ivec3 brick = (leaf.origin >> 3) - glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+      const glm::ivec3 brick = (leaf.origin >> 3) - cube_corner(i);
       const glm::ivec3 cube = brick >> 3, in_cube = brick & 7;
       const int place = (in_cube.x * 8 + in_cube.y) * 8 + in_cube.z;
       cubes[{cube.x, cube.y, cube.z}].set(std::size_t(place));

@@ -9,7 +9,9 @@
 #include <string>
 
 #include "atlas/atlas.h"
+#include "atlas/block_map.h"
 #include "atlas/brick_source.h"
+#include "atlas/candidates.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
 
@@ -21,9 +23,6 @@ using atlas::BrickSource;
 using atlas::Piece;
 
 constexpr std::size_t most_blocks = std::size_t{1} << 24;  // 32 GiB of floats
-
-/// A brick's blocks of voxels: its own, and the seven that the far faces of its cells lie in.
-glm::ivec3 neighbour(int i) { return {i >> 2, i >> 1 & 1, i & 1}; }
 
 /// Distinct blocks inside a field's domain.
 class BlockList {
@@ -47,29 +46,27 @@ class BlockList {
   void add_box(const glm::ivec3& min, const glm::ivec3& max) {
     const Box box = common({min, max}, bounds_);
     check(count_of(box));
-    for (int x = box.min.x; x <= box.max.x; ++x)
-      for (int y = box.min.y; y <= box.max.y; ++y)
-        for (int z = box.min.z; z <= box.max.z; ++z) add({x, y, z});
+    for_points(box, [&](const glm::ivec3& block) { add(block); });
   }
-  /// Boxes that share no block. If they are too many, none is listed.
-  void add_disjoint(std::span<const Box> boxes) {
+  /// Adds the blocks at the corners of distinct bricks whose bits are set: their own, and those
+  /// that the far faces of their cells lie in. If they are too many, none is listed.
+  void add_reached(std::span<const Box> bricks, std::span<const std::uint8_t> reached) {
     std::uint64_t count = 0;
-    for (const Box& box : boxes) check(count += count_of(common(box, bounds_)));
-    for (const Box& box : boxes) add_box(box.min, box.max);
-  }
-  /// Adds the neighbours of a box's bricks whose bits are set.
-  void add_reached(const Box& bricks, std::uint8_t reached) {
-    for (int i = 0; i < 8; ++i)
-      if (reached >> i & 1) add_box(bricks.min + neighbour(i), bricks.max + neighbour(i));
+    for (std::size_t k = 0; k < bricks.size(); ++k)
+      if (reached[k] & 1) check(count += count_of(common(bricks[k], bounds_)));
+    for (std::size_t k = 0; k < bricks.size(); ++k) {
+      const auto& [min, max] = bricks[k];
+      if (reached[k] == all_corners) add_box(min, max + 1);
+      for (int i = 0; i < 8 && reached[k] != all_corners; ++i)
+        if (reached[k] >> i & 1) add_box(min + cube_corner(i), max + cube_corner(i));
+    }
   }
   void add_domain() { add_box(bounds_.min, bounds_.max); }
 
   /// The blocks' first voxels, sorted.
   std::vector<glm::ivec3> origins() const {
     std::vector<glm::ivec3> result = blocks_;
-    std::sort(result.begin(), result.end(), [](const glm::ivec3& a, const glm::ivec3& b) {
-      return std::array{a.x, a.y, a.z} < std::array{b.x, b.y, b.z};
-    });
+    std::ranges::sort(result, comes_before);
     for (glm::ivec3& block : result) block *= brick_cells;
     return result;
   }
@@ -83,11 +80,21 @@ class BlockList {
                       " take a --lod");
   }
 
+  static constexpr std::uint8_t all_corners = 255;
+
   std::string name_;
   BlockMap seen_;
   std::vector<glm::ivec3> blocks_;
   Box bounds_;  ///< of the blocks that may be added
 };
+
+/// A bit for each corner of a cube at which something holds.
+template <typename Holds>
+std::uint8_t corners(const Holds& holds) {
+  unsigned bits = 0;
+  for (int i = 0; i < 8; ++i) bits |= unsigned(holds(i)) << i;
+  return std::uint8_t(bits);
+}
 
 /// Least and greatest corner value of those cells of a brick that reach into the block at `offset`
 /// (0 or 1 per axis): all cells, or the last layer.
@@ -100,10 +107,8 @@ class BrickRanges {
  public:
   void find(const BrickSource& source, const glm::ivec3& brick) {
     const BrickSource::Neighbours from = source.neighbours(brick);
-    if (from.are_constant()) {  // each layer of cells has corners in all of them
-      all_ = {HUGE_VALF, -HUGE_VALF};
-      for (const atlas::Block& block : from.blocks)
-        all_ = {std::min(all_->min, block.constant.x), std::max(all_->max, block.constant.x)};
+    if (std::ranges::all_of(from, &FieldIndex::Block::is_constant)) {
+      all_ = atlas::value_range(from, 1);  // each layer of cells has corners in all of them
       return;
     }
     all_.reset();
@@ -111,7 +116,7 @@ class BrickRanges {
   }
   /// The range towards a neighbour.
   ValueRange towards(int i) const {
-    return all_ ? *all_ : range_towards(values_.data(), neighbour(i));
+    return all_ ? *all_ : range_towards(values_.data(), cube_corner(i));
   }
 
  private:
@@ -123,11 +128,8 @@ class BrickRanges {
 
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options) {
   BrickSource::check_width(field);
-  const auto visible = [&](const ValueRange& own, const ValueRange& companions) {
-    return options.visible ? options.visible(own, companions) : own.min != 0 || own.max != 0;
-  };
   BlockList blocks(field, options.region);
-  if (visible({}, {})) {
+  if (options.sees({})) {
     blocks.add_domain();
     return blocks.origins();
   }
@@ -135,25 +137,20 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   std::optional<BrickSource> companion;
   if (options.companion) companion.emplace(*options.companion);
   const Box region = options.region.value_or(everywhere);
-  std::vector<Piece> pieces = source.candidates();
-  std::erase_if(pieces, [&](const Piece& piece) { return piece.bricks(region).empty(); });
+  std::vector<Box> pieces;
+  for (const Piece& piece : source.candidates())
+    if (const Box bricks = piece.bricks(region); !bricks.empty()) pieces.push_back(bricks);
   std::vector<std::uint8_t> reached(pieces.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces.size(), 16), [&](const auto& some) {
     BrickRanges ranges, others;
     for (std::size_t k = some.begin(); k != some.end(); ++k) {
-      ranges.find(source, pieces[k].first);
-      if (companion) others.find(*companion, pieces[k].first);
-      for (int i = 0; i < 8; ++i)
-        if (visible(ranges.towards(i), others.towards(i)))
-          reached[k] = std::uint8_t(reached[k] | 1 << i);
+      ranges.find(source, pieces[k].min);
+      if (companion) others.find(*companion, pieces[k].min);
+      reached[k] =
+          corners([&](int i) { return options.sees(ranges.towards(i), others.towards(i)); });
     }
   });
-  std::vector<Box> tiles;
-  for (const BrickSource::ConstantBox& box : source.wide_tiles())
-    if (visible({box.value.x, box.value.x}, {})) tiles.push_back({box.min, box.max + 1});
-  blocks.add_disjoint(tiles);
-  for (std::size_t k = 0; k < pieces.size(); ++k)
-    blocks.add_reached(pieces[k].bricks(region), reached[k]);
+  blocks.add_reached(pieces, reached);
   return blocks.origins();
 }
 
@@ -170,15 +167,13 @@ std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
   std::vector<std::uint8_t> reached(atlas.places.size());
   tbb::parallel_for(std::size_t{0}, reached.size(), [&](std::size_t k) {
     const float* values = atlas.texels32.get() + k * brick_texels;
-    for (int i = 0; i < 8; ++i) {
-      const ValueRange range = range_towards(values, neighbour(i));
-      if (options.visible ? options.visible(range, {}) : range.min != 0 || range.max != 0)
-        reached[k] = std::uint8_t(reached[k] | 1 << i);
-    }
+    reached[k] =
+        corners([&](int i) { return options.sees(range_towards(values, cube_corner(i))); });
   });
   BlockList blocks(field, {});
-  for (std::size_t k = 0; k < reached.size(); ++k)
-    blocks.add_reached({atlas.places[k], atlas.places[k]}, reached[k]);
+  std::vector<Box> bricks;
+  for (const glm::ivec3& place : atlas.places) bricks.push_back({place, place});
+  blocks.add_reached(bricks, reached);
   return blocks.origins();
 }
 

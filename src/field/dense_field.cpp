@@ -52,35 +52,26 @@ DenseField::Block DenseField::summarise(const LeafValues& values, const glm::ive
   const std::ptrdiff_t next = values.strides.channel;
   Block block;
   block.constant = size == glm::ivec3(leaf_width);
-  for (int c = 0; c < field_.channels; ++c) block.value[c] = values.first[c * next];
-  for (int x = 0; x < size.x; ++x)
-    for (int y = 0; y < size.y; ++y)
-      for (int z = 0; z < size.z; ++z) {
-        const float* value = values.at({x, y, z});
-        bool active = false;
-        for (int c = 0; c < field_.channels; ++c) {
-          active |= value[c * next] != 0;
-          block.constant &= value[c * next] == block.value[c];
-        }
-        if (!active) continue;
-        ++block.active;
-        const glm::ivec3 voxel = origin + glm::ivec3(x, y, z);
-        block.min = glm::min(block.min, voxel);
-        block.max = glm::max(block.max, voxel);
-      }
+  for (int c = 0; c < field_.channels; ++c) block.value[c] = values.channel(c);
+  for_points({glm::ivec3(0), size - 1}, [&](const glm::ivec3& at) {
+    const float* value = values.at(at);
+    bool active = false;
+    for (int c = 0; c < field_.channels; ++c) {
+      active |= value[c * next] != 0;
+      block.constant &= value[c * next] == block.value[c];
+    }
+    if (!active) return;
+    ++block.active;
+    block.min = glm::min(block.min, origin + at);
+    block.max = glm::max(block.max, origin + at);
+  });
   return block;
 }
 
 void DenseField::copy(const LeafValues& values, const glm::ivec3& origin, float* leaf) const {
   const glm::ivec3 size = size_of_block(origin);
-  if (size == glm::ivec3(leaf_width)) return copy_values(values, field_.channels, leaf);
-  std::fill_n(leaf, 512 * field_.channels, 0.0f);
-  for (int x = 0; x < size.x; ++x)
-    for (int y = 0; y < size.y; ++y)
-      for (int z = 0; z < size.z; ++z)
-        for (int c = 0; c < field_.channels; ++c)
-          leaf[((x * 8 + y) * 8 + z) * field_.channels + c] =
-              values.at({x, y, z})[c * values.strides.channel];
+  if (size != glm::ivec3(leaf_width)) std::fill_n(leaf, 512 * field_.channels, 0.0f);
+  copy_values(values, field_.channels, leaf, size);
 }
 
 void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
@@ -166,14 +157,9 @@ void write_dense(const Field& field, const Box& box, float* out) {
   };
   std::fill_n(out, (index(size - 1) + 1) * channels, 0.0f);
   const auto fill = [&](const glm::ivec3& origin, int width, const auto& value) {
-    const glm::ivec3 low = glm::max(origin, box.min);
-    const glm::ivec3 high = glm::min(origin + width - 1, box.max);
-    for (int x = low.x; x <= high.x; ++x)
-      for (int y = low.y; y <= high.y; ++y)
-        for (int z = low.z; z <= high.z; ++z) {
-          const glm::ivec3 at(x, y, z);
-          std::copy_n(value(at - origin), channels, out + index(at - box.min) * channels);
-        }
+    for_points(common({origin, origin + (width - 1)}, box), [&](const glm::ivec3& at) {
+      std::copy_n(value(at - origin), channels, out + index(at - box.min) * channels);
+    });
   };
   for (const Tile& tile : field.tiles)
     fill(tile.origin, tile.width, [&](const glm::ivec3&) { return &tile.value.x; });

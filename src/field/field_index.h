@@ -4,7 +4,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
-#include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
@@ -24,6 +23,9 @@ class FieldIndex {
   /// Widths of tiles, coarse to fine; the last is also a leaf's.
   static constexpr std::array<int, 3> widths{4096, 128, 8};
 
+  /// Where the cube of that width begins that has a voxel.
+  static glm::ivec3 cube_of(const glm::ivec3& voxel, int width) { return voxel & ~(width - 1); }
+
   explicit FieldIndex(const Field& field);
 
   const Field& field() const { return *field_; }
@@ -32,6 +34,7 @@ class FieldIndex {
   struct Block {
     LeafValues values{};
     bool stored = false;  ///< in a leaf or a tile; else all are 0
+    bool is_constant() const { return values.is_constant(); }
 
     /// The first channel of voxel (x, y, z), where i = (x * 8 + y) * 8 + z.
     float value(int i) const { return *values.at({i >> 6, (i >> 3) & 7, i & 7}); }
@@ -44,9 +47,16 @@ class FieldIndex {
   /// Trilinear interpolation at a point of index space; 0 outside the domain.
   glm::dvec3 at(const glm::dvec3& point) const;
 
+  /// Whether the field has tiles of widths[level], or leaves of that width.
+  bool has_width(int level) const { return has_width_[std::size_t(level)]; }
+
+  /// The leaf at `origin`; null if there is none.
+  const Leaf* leaf(const glm::ivec3& origin) const;
+
   /// Whether a leaf or a tile lies in the cube of widths[level] at `origin`, a multiple of that
-  /// width.
+  /// width; of tiles only a narrower one.
   bool holds_any(int level, const glm::ivec3& origin) const;
+  bool holds_narrower(int level, const glm::ivec3& origin) const;
 
   /// Whether the cube of widths[level] at `origin` is one tile or leaf.
   bool is_one(int level, const glm::ivec3& origin) const;
@@ -66,15 +76,16 @@ class FieldIndex {
  private:
   /// The widest cube of those widths that has the voxel and is empty, if there is one.
   std::optional<Box> empty_cube(const glm::ivec3& voxel) const;
-  /// Slot of the leaf at `origin`, or a free one.
+  /// Slot of the leaf or tile at `origin`, or a free one.
   std::size_t slot_of(const glm::ivec3& origin) const;
   /// Null if there is none.
-  const Leaf* leaf(const glm::ivec3& origin) const;
+  const Tile* tile(int level, const glm::ivec3& origin) const;
 
   const Field* field_;
-  /// A leaf's number + 1 at the hash of its origin, or behind it; 0: free.
+  /// The number + 1 of a leaf, or behind them of a tile, at the hash of its origin, or behind it;
+  /// 0: free.
   std::vector<std::uint32_t> slots_;
-  std::array<std::unordered_map<glm::ivec3, const Tile*, VoxelHash>, 3> tiles_;  ///< by origin
+  std::array<bool, 3> has_width_{};
   std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones
 };
 

@@ -31,6 +31,22 @@ inline std::uint64_t count_of(const Box& box) {
   return size.x * size.y * size.z;
 }
 
+/// Calls each(point) for them, z fastest.
+template <typename Each>
+void for_points(const Box& box, const Each& each) {
+  for (int x = box.min.x; x <= box.max.x; ++x)
+    for (int y = box.min.y; y <= box.max.y; ++y)
+      for (int z = box.min.z; z <= box.max.z; ++z) each(glm::ivec3(x, y, z));
+}
+
+/// A corner of the unit cube, by its number from 0 to 7.
+inline glm::ivec3 cube_corner(int i) { return {i >> 2, i >> 1 & 1, i & 1}; }
+
+/// A corner of a box, by its number from 0 to 7.
+inline glm::ivec3 corner_of(const Box& box, int i) {
+  return glm::mix(box.min, box.max, glm::bvec3(cube_corner(i)));
+}
+
 /// Orders points by x, then y, then z.
 inline bool comes_before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);

@@ -43,23 +43,10 @@ LeafValues values_of(const Field& field, const Leaf& leaf) {
   return {field.array->first + (o.x * x + o.y * y + o.z * z), field.array->strides};
 }
 
-void copy_values(const LeafValues& from, int channels, float* to) {
-  const Strides& strides = from.strides;
-  const std::size_t row = 8 * std::size_t(channels);
-  const bool together = strides.z == channels && strides.channel == 1;
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y, to += row) {
-      const float* value = from.at({x, y, 0});
-      if (together) {
-        if (row == 8)
-          std::memcpy(to, value, 8 * sizeof(float));  // of a size that the compiler knows
-        else
-          std::memcpy(to, value, row * sizeof(float));
-        continue;
-      }
-      for (int z = 0; z < 8; ++z, value += strides.z)
-        for (int c = 0; c < channels; ++c) to[z * channels + c] = value[c * strides.channel];
-    }
+void copy_values(const LeafValues& from, int channels, float* to, const glm::ivec3& size) {
+  for (int x = 0; x < size.x; ++x)
+    for (int y = 0; y < size.y; ++y)
+      from.copy_row(x, y, size.z, channels, to + (x * 8 + y) * 8 * channels);
 }
 
 OrderedValues::OrderedValues(const Field& field, const Leaf& leaf)

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <functional>
 #include <span>
 
@@ -21,13 +22,35 @@ struct LeafValues {
   const float* at(const glm::ivec3& voxel) const {
     return first + (voxel.x * strides.x + voxel.y * strides.y + voxel.z * strides.z);
   }
+  float channel(int c) const { return first[c * strides.channel]; }  ///< of the smallest voxel
+  /// Whether all voxels are one.
+  bool is_constant() const { return strides.x == 0 && strides.y == 0 && strides.z == 0; }
+
+  /// The first `count` voxels of the row (x, y), `channels` interleaved: in place, or written to
+  /// `room`.
+  const float* row(int x, int y, int count, int channels, float* room) const {
+    const float* from = at({x, y, 0});
+    if (strides.z == channels && strides.channel == 1) return from;
+    for (int z = 0; z < count; ++z, from += strides.z)
+      for (int c = 0; c < channels; ++c) room[z * channels + c] = from[c * strides.channel];
+    return room;
+  }
+  void copy_row(int x, int y, int count, int channels, float* to) const {
+    const float* from = row(x, y, count, channels, to);
+    if (from == to) return;
+    if (const int floats = count * channels; floats == 8)
+      std::memcpy(to, from, 8 * sizeof(float));  // of a size that the compiler knows
+    else
+      for (int i = 0; i < floats; ++i) to[i] = from[i];
+  }
 };
 
 /// The values of a leaf that is in memory.
 LeafValues values_of(const Field& field, const Leaf& leaf);
 
-/// Copies 512 * channels floats into OpenVDB's order.
-void copy_values(const LeafValues& from, int channels, float* to);
+/// Copies 512 * channels floats into OpenVDB's order, or those of a smaller block at its beginning.
+void copy_values(const LeafValues& from, int channels, float* to,
+                 const glm::ivec3& size = glm::ivec3(8));
 
 /// The values of a leaf in OpenVDB's order: the field's own, or a copy out of its array.
 class OrderedValues {

@@ -3,12 +3,14 @@
 #include <openvdb/tools/GridTransformer.h>
 #include <openvdb/tools/Interpolation.h>
 #include <openvdb/tools/LevelSetUtil.h>
-#include <tbb/parallel_for.h>
+#include <openvdb/tree/NodeManager.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
+
+#include "field/index_space.h"
 
 namespace psivox::vdb {
 namespace {
@@ -18,34 +20,12 @@ using FloatGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::Vec3SGrid>;
 /// Upper bound of the resampled box: 256 MiB of floats if every voxel is active.
 constexpr double kMaxResampledVoxels = 67108864;  // 2^26
 
-/// The nodes of a tree by level, each level in the tree's order.
-template <typename TreeT>
-struct TreeNodes {
-  using Root = typename TreeT::RootNodeType;
-  using Upper = typename Root::ChildNodeType;
-  using Lower = typename Upper::ChildNodeType;
-  using Leaf = typename TreeT::LeafNodeType;
-
-  explicit TreeNodes(TreeT& tree) : root(tree.root()) {
-    tree.getNodes(uppers);
-    tree.getNodes(lowers);
-    tree.getNodes(leaves);
-  }
-
-  /// Calls op(node, width) for the root and each inner node, from the root down. Their tiles are
-  /// `width` voxels wide.
-  template <typename Op>
-  void for_each_with_tiles(Op&& op) const {
-    op(root, static_cast<int>(Upper::DIM));
-    for (Upper* node : uppers) op(*node, static_cast<int>(Lower::DIM));
-    for (Lower* node : lowers) op(*node, static_cast<int>(Leaf::DIM));
-  }
-
-  Root& root;
-  std::vector<Upper*> uppers;
-  std::vector<Lower*> lowers;
-  std::vector<Leaf*> leaves;
-};
+/// Calls op(node) for the root, each inner node and each leaf, from the root down, each level in
+/// the tree's order.
+template <typename TreeT, typename Op>
+void each_node(TreeT& tree, bool in_threads, const Op& op) {
+  openvdb::tree::NodeManager<TreeT>(tree).foreachTopDown(op, in_threads);
+}
 
 template <typename ValueT>
 ValueT value_of(const glm::vec3& value) {
@@ -54,9 +34,6 @@ ValueT value_of(const glm::vec3& value) {
   else
     return value.x;
 }
-
-glm::vec3 to_vec3(float value) { return {value, 0, 0}; }
-glm::vec3 to_vec3(const openvdb::Vec3f& value) { return {value[0], value[1], value[2]}; }
 
 float* floats_of(float* values) { return values; }
 float* floats_of(openvdb::Vec3f* values) { return values->asPointer(); }
@@ -89,30 +66,22 @@ openvdb::GridBase::Ptr tree_of(FileGrid& from) {
 }
 
 template <typename GridT>
-Voxels take_voxels(GridT& grid, GridSummary& summary, std::vector<glm::ivec3>& origins) {
-  constexpr bool is_vec = openvdb::VecTraits<typename GridT::ValueType>::IsVec;
-  const auto place = [](const openvdb::Coord& c) { return glm::ivec3(c.x(), c.y(), c.z()); };
-  const auto& tree = grid.tree();
-  const TreeNodes<typename GridT::TreeType> nodes(grid.tree());
-  const auto background = grid.background();
+Voxels take_voxels(GridT& grid, Topology& topology) {
+  TopologyBuilder<typename GridT::ValueType> found({});
+  found.set_background(grid.background());
   Voxels voxels;
-  nodes.for_each_with_tiles([&](const auto& node, int width) {
-    for (auto it = node.cbeginValueAll(); it; ++it)
-      if (it.isValueOn() || it.getValue() != background)
-        voxels.tiles.push_back(
-            {place(it.getCoord()), width, glm::dvec3(to_vec3(it.getValue())), it.isValueOn()});
+  each_node(grid.tree(), false, [&]<typename NodeT>(NodeT& node) {
+    if constexpr (NodeT::LEVEL == 0) {
+      found.add_leaf(node.origin(), node.getValueMask());
+      voxels.leaves.push_back(floats_of(node.buffer().data()));
+      voxels.active.push_back(node.getValueMask());
+    } else {
+      for (auto it = node.cbeginValueAll(); it; ++it)
+        found.add_tile(it.getCoord(), int(NodeT::ChildNodeType::DIM), *it, it.isValueOn());
+    }
   });
-  for (auto* leaf : nodes.leaves) {
-    origins.push_back(place(leaf->origin()));
-    voxels.leaves.push_back(floats_of(leaf->buffer().data()));
-    voxels.active.push_back(leaf->getValueMask());
-  }
-  summary.channels = is_vec ? 3 : 1;
-  summary.active_voxels = tree.activeVoxelCount();
-  summary.background = glm::dvec3(to_vec3(background));
-  openvdb::CoordBBox box;
-  tree.root().evalActiveBoundingBox(box);
-  if (!box.empty()) summary.active_box = {place(box.min()), place(box.max())};
+  topology = found.take();
+  voxels.tiles = topology.tiles;
   return voxels;
 }
 
@@ -141,9 +110,8 @@ Lattice lattice_of(const openvdb::GridBase& grid) {
   openvdb::Vec3d lo(infinity), hi(-infinity);
   double voxel_size = infinity;
   for (int corner = 0; corner < 8; ++corner) {
-    const openvdb::Vec3d index((corner & 1 ? box.max() : box.min()).x(),
-                               (corner & 2 ? box.max() : box.min()).y(),
-                               (corner & 4 ? box.max() : box.min()).z());
+    const glm::ivec3 at = corner_of({to_ivec3(box.min()), to_ivec3(box.max())}, corner);
+    const openvdb::Vec3d index(at.x, at.y, at.z);
     const openvdb::Vec3d world = transform.indexToWorld(index);
     lo = openvdb::math::minComponent(lo, world);
     hi = openvdb::math::maxComponent(hi, world);
@@ -177,10 +145,9 @@ openvdb::GridBase::Ptr float_tree(FileGrid& grid) {
   return tree;
 }
 
-Voxels voxels_of(const openvdb::GridBase::Ptr& grid, GridSummary& summary,
-                 std::vector<glm::ivec3>& origins) {
+Voxels voxels_of(const openvdb::GridBase::Ptr& grid, Topology& topology) {
   Voxels voxels;
-  grid->apply<FloatGrids>([&](auto& typed) { voxels = take_voxels(typed, summary, origins); });
+  grid->apply<FloatGrids>([&](auto& typed) { voxels = take_voxels(typed, topology); });
   voxels.storage = grid;
   return voxels;
 }
@@ -189,14 +156,11 @@ void complete_level_set(openvdb::FloatGrid& grid) {
   const glm::vec2 bounds = active_bounds(grid);
   if (!(bounds.x < 0 && bounds.y > 0)) return;
   const float outside = bounds.y;
-  const TreeNodes<openvdb::FloatTree> nodes(grid.tree());
-  const auto replace = [&](auto& node) {
+  each_node(grid.tree(), true, [&](auto& node) {
     for (auto off = node.beginValueOff(); off; ++off)
       if (off.getValue() == 0) off.setValue(outside);
-  };
-  nodes.for_each_with_tiles([&](auto& node, int) { replace(node); });
-  for (auto* leaf : nodes.leaves) replace(*leaf);
-  nodes.root.setBackground(outside, /*updateChildNodes=*/false);
+  });
+  grid.tree().root().setBackground(outside, /*updateChildNodes=*/false);
 }
 
 void make_fog(openvdb::FloatGrid& grid) { openvdb::tools::sdfToFogVolume(grid); }
@@ -204,16 +168,8 @@ void make_fog(openvdb::FloatGrid& grid) { openvdb::tools::sdfToFogVolume(grid); 
 void make_distances(openvdb::FloatGrid& grid) {
   openvdb::FloatTree& tree = grid.tree();
   const float half_width = tree.background();
-  const TreeNodes<openvdb::FloatTree> nodes(tree);
-  tbb::parallel_for(std::size_t{0}, nodes.leaves.size(), [&](std::size_t n) {
-    auto& leaf = *nodes.leaves[n];
-    for (openvdb::Index i = 0; i < leaf.SIZE; ++i) {
-      leaf.setValueOnly(i, half_width - leaf.getValue(i));
-      leaf.setActiveState(i, leaf.getValue(i) != 0.0f);
-    }
-  });
   // Inactive tiles lie both inside and outside.
-  nodes.for_each_with_tiles([&](auto& node, int) {
+  each_node(tree, true, [&](auto& node) {
     for (auto it = node.beginValueAll(); it; ++it) {
       it.setValue(half_width - *it);
       it.setValueOn(*it != 0.0f);

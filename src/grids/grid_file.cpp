@@ -106,13 +106,9 @@ void GridFile::name_entries() {
 void GridFile::guarded(const GridEntry& entry, const std::function<void()>& work) const {
   if (!entry.problem.empty())
     throw Error(ExitCode::input, subject(path(), entry.name) + entry.problem);
-  try {
-    work();
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& e) {
-    throw Error(ExitCode::input, subject(path(), entry.name) + "cannot be read: " + explain(e));
-  }
+  or_input_error(work, [&](const std::exception& e) {
+    return subject(path(), entry.name) + "cannot be read: " + explain(e);
+  });
 }
 
 void FileGrid::begin(openvdb::GridBase::Ptr head, bool masks) {

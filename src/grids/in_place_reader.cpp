@@ -53,8 +53,8 @@ void set_transform(const openvdb::math::Transform& transform, GridInfo& info) {
     info.voxel_size = {size[0], size[1], size[2]};
   }
   if (!info.active_box.empty())
-    set_world_box(info, [&](double x, double y, double z) {
-      const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(x, y, z));
+    set_world_box(info, [&](const glm::dvec3& index) {
+      const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(index.x, index.y, index.z));
       return glm::dvec3(p[0], p[1], p[2]);
     });
 }

@@ -130,15 +130,14 @@ class NanoFile final : public GridFile {
  public:
   NanoFile(std::shared_ptr<FileBlocks> file, Progress progress)
       : GridFile(std::move(file), std::move(progress)) {
-    try {
+    const auto read_segments = [&] {
       do {
         read_segment();
       } while (stream_.tellg() < file_->size());
-    } catch (const Error&) {
-      throw;
-    } catch (const std::exception& e) {
-      throw Error(ExitCode::input, subject(path()) + "is a damaged NanoVDB file: " + explain(e));
-    }
+    };
+    or_input_error(read_segments, [&](const std::exception& e) {
+      return subject(path()) + "is a damaged NanoVDB file: " + explain(e);
+    });
     name_entries();
   }
 

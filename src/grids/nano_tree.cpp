@@ -204,35 +204,29 @@ class NanoGrid final : public FileGrid {
 
   void take_upper(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
     check_count<Upper>(++uppers_);
-    take_inner<Upper, 5, 7>(
+    take_inner<Upper, 5>(
         found, at, origin, [&](std::uint64_t child_at, const openvdb::Coord& place) {
           check_count<Lower>(++lowers_);
-          take_inner<Lower, 4, 3>(found, child_at, place,
-                                  [&](std::uint64_t leaf_at, const openvdb::Coord& corner) {
-                                    take_leaf(found, leaf_at, corner);
-                                  });
+          take_inner<Lower, 4>(found, child_at, place,
+                               [&](std::uint64_t leaf_at, const openvdb::Coord& corner) {
+                                 take_leaf(found, leaf_at, corner);
+                               });
         });
   }
 
-  /// A node of 2^side tiles or children in each direction, which are 2^child_width voxels wide.
-  template <typename NodeT, int side, int child_width, typename TakeChild>
+  /// A node of 2^side tiles or children in each direction.
+  template <typename NodeT, int side, typename TakeChild>
   void take_inner(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin,
                   const TakeChild& take_child) {
     using MaskT = openvdb::util::NodeMask<side>;
     const NodeT& inner = node<NodeT>(at);
-    check_box(inner, origin, 1 << (side + child_width));
-    const auto children = mask_of<MaskT>(inner.mChildMask);
-    const auto active = mask_of<MaskT>(inner.mValueMask);
-    const auto place = [&](unsigned n) {
-      constexpr unsigned low = (1 << side) - 1;
-      return origin + (openvdb::Coord(int(n >> 2 * side), int(n >> side & low), int(n & low))
-                       << child_width);
-    };
-    for (auto n = children.beginOff(); n; ++n)
-      found.add_tile(place(n.pos()), 1 << child_width, value_of(inner.mTable[n.pos()].value),
-                     active.isOn(n.pos()));
-    for (auto n = children.beginOn(); n; ++n)
-      take_child(child(at, inner.mTable[n.pos()].child), place(n.pos()));
+    check_box(inner, origin, 1 << (side + child_bits<side>));
+    found.add_inner(
+        origin, mask_of<MaskT>(inner.mChildMask), mask_of<MaskT>(inner.mValueMask),
+        [&](unsigned n) { return value_of(inner.mTable[n].value); },
+        [&](unsigned n, const openvdb::Coord& place) {
+          take_child(child(at, inner.mTable[n].child), place);
+        });
   }
 
   void take_leaf(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {

@@ -119,13 +119,7 @@ class Reading {
   /// Does work that throws the rest of a sentence.
   template <typename Work>
   void explained(const Work& work) const {
-    try {
-      work();
-    } catch (const Error&) {
-      throw;
-    } catch (const std::exception& e) {
-      refuse(e.what());
-    }
+    or_input_error(work, [&](const std::exception& e) { return subject_ + e.what(); });
   }
 
   void add_class_notices(const openvdb::GridBase& grid) {
@@ -214,11 +208,11 @@ class Reading {
       explained([&] { tree = resample_to_linear(tree, done); });
       notice(done);
     }
-    GridSummary summary;
-    std::vector<glm::ivec3> origins;
-    voxels = voxels_of(tree, summary, origins);
-    refuse(problem_of(*tree, summary));
-    set_place(*tree, summary);
+    Topology topology;
+    voxels = voxels_of(tree, topology);
+    refuse(problem_of(*tree, topology.summary));
+    set_place(*tree, topology.summary);
+    const std::vector<glm::ivec3>& origins = topology.leaves;
     const LeafSurvey survey = leaf_survey(options_.role == GridRole::data);
     SurveySum sum;
     tbb::parallel_for(std::size_t{0}, origins.size(), [&](std::size_t n) {

@@ -40,9 +40,8 @@ void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);
 /// A float or vec3s grid with the values, metadata and transform of the file's grid.
 openvdb::GridBase::Ptr float_tree(FileGrid& grid);
 
-/// The voxels of such a grid, whose values stay in place. Sets the summary and the leaves' origins.
-Voxels voxels_of(const openvdb::GridBase::Ptr& grid, GridSummary& summary,
-                 std::vector<glm::ivec3>& origins);
+/// The voxels of such a grid, whose values stay in place, and its topology.
+Voxels voxels_of(const openvdb::GridBase::Ptr& grid, Topology& topology);
 
 /// Gives a level set whose file has the background 0, such as the surface of a liquid in Blender's
 /// caches, the greatest of its distances as background. Class and values on both sides of 0 tell

@@ -59,7 +59,6 @@ class TopologyReader {
 
   template <typename NodeT>
   void read_inner(const openvdb::Coord& origin) {
-    using Child = typename NodeT::ChildNodeType;
     typename NodeT::NodeMaskType children, active;
     children.load(stream_);
     active.load(stream_);
@@ -69,19 +68,14 @@ class TopologyReader {
     const std::unique_ptr<ValueT[]> values(new ValueT[NodeT::NUM_VALUES]);
     openvdb::io::readCompressedValues(stream_, values.get(), NodeT::NUM_VALUES, active,
                                       coding_.half);
-    const auto place = [&](openvdb::Index n) {
-      openvdb::Coord at;
-      NodeT::offsetToLocalCoord(n, at);
-      return origin + (at << Child::TOTAL);
-    };
-    for (auto n = children.beginOff(); n; ++n)
-      found_.add_tile(place(n.pos()), int(Child::DIM), values[n.pos()], active.isOn(n.pos()));
-    for (auto n = children.beginOn(); n; ++n) {
-      if constexpr (Child::LEVEL == 0)
-        read_leaf(place(n.pos()));
-      else
-        read_inner<Child>(place(n.pos()));
-    }
+    found_.add_inner(
+        origin, children, active, [&](openvdb::Index n) { return values[n]; },
+        [&](openvdb::Index, const openvdb::Coord& place) {
+          if constexpr (NodeT::LEVEL == 1)
+            read_leaf(place);
+          else
+            read_inner<typename NodeT::ChildNodeType>(place);
+        });
   }
 
   void read_leaf(const openvdb::Coord& origin) {

@@ -89,6 +89,10 @@ inline Box active_box_of(const LeafMask& mask) {
   return box;
 }
 
+/// Children of an inner node of 2^side in each direction are 2^this voxels wide.
+template <openvdb::Index side>
+constexpr int child_bits = side == 5 ? 7 : 3;
+
 /// Gathers a grid's topology from its nodes, which come in the tree's order. `ValueT` is the
 /// grid's.
 template <typename ValueT>
@@ -125,6 +129,22 @@ class TopologyBuilder {
     ++found_.summary.active_tiles;
     found_.summary.active_voxels += tile_voxels(tile.tile());
     box_ = {glm::min(box_.min, tile.origin), glm::max(box_.max, tile.origin + (width - 1))};
+  }
+
+  /// Takes an inner node, of 2^side tiles or children in each direction: its tiles, whose values
+  /// value_of(n) are, and then its children, by take_child(n, origin).
+  template <openvdb::Index side, typename ValueOf, typename TakeChild>
+  void add_inner(const openvdb::Coord& origin, const openvdb::util::NodeMask<side>& children,
+                 const openvdb::util::NodeMask<side>& active, const ValueOf& value_of,
+                 const TakeChild& take_child) {
+    const auto place = [&](openvdb::Index n) {
+      constexpr openvdb::Index low = (1 << side) - 1;
+      return origin + (openvdb::Coord(int(n >> 2 * side), int(n >> side & low), int(n & low))
+                       << child_bits<side>);
+    };
+    for (auto n = children.beginOff(); n; ++n)
+      add_tile(place(n.pos()), 1 << child_bits<side>, value_of(n.pos()), active.isOn(n.pos()));
+    for (auto n = children.beginOn(); n; ++n) take_child(n.pos(), place(n.pos()));
   }
 
   Topology take() {

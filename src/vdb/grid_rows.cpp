@@ -31,8 +31,8 @@ std::optional<ValueStatistics> Statistics::all() const {
 
 void set_world_box(GridInfo& info) {
   if (info.active_box.empty()) return;
-  set_world_box(info, [&](double x, double y, double z) {
-    return glm::dvec3(info.world_from_index * glm::dvec4(x, y, z, 1));
+  set_world_box(info, [&](const glm::dvec3& index) {
+    return glm::dvec3(info.world_from_index * glm::dvec4(index, 1));
   });
 }
 

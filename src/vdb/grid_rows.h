@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "field/index_space.h"
 #include "survey.h"
 
 // What `psivox info` says of a grid, whatever it is read from.
@@ -35,15 +36,13 @@ struct Statistics {
   std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
 };
 
-/// Bounds of the centres of the box's voxels, by a function from index to world.
+/// Bounds of the centres of the box's voxels, by a function from index to world, of dvec3.
 template <typename ToWorld>
 void set_world_box(GridInfo& info, const ToWorld& to_world) {
-  const Box& box = info.active_box;
   info.world_min = glm::dvec3(std::numeric_limits<double>::infinity());
   info.world_max = -info.world_min;
-  for (unsigned i = 0; i < 8; ++i) {
-    const glm::dvec3 p = to_world(i & 1 ? box.max.x : box.min.x, i & 2 ? box.max.y : box.min.y,
-                                  i & 4 ? box.max.z : box.min.z);
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 p = to_world(glm::dvec3(corner_of(info.active_box, i)));
     info.world_min = glm::min(info.world_min, p);
     info.world_max = glm::max(info.world_max, p);
   }

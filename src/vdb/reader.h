@@ -55,6 +55,18 @@ const Item& named(const std::vector<Item>& items, const std::string& name,
   return *found;
 }
 
+/// Does work. Instead of an exception that is no Error it throws Error(input) with text(exception).
+template <typename Work, typename Text>
+auto or_input_error(const Work& work, const Text& text) {
+  try {
+    return work();
+  } catch (const Error&) {
+    throw;
+  } catch (const std::exception& e) {
+    throw Error(ExitCode::input, text(e));
+  }
+}
+
 /// Files of grids, read by OpenVDB and NanoVDB. They are the module `grids`: to load OpenVDB takes
 /// as long as to read a small file, and the process that reads does it beside the program's start.
 struct GridFiles {

@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
-#include <sys/uio.h>
 #include <tbb/parallel_for.h>
 #include <unistd.h>
 
@@ -13,12 +12,14 @@
 #include <cerrno>
 #include <cmath>
 #include <cstring>
+#include <functional>
 #include <memory>
 #include <new>
 #include <optional>
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -44,71 +45,33 @@ std::size_t leaf_bytes(int channels) {
   return kLeafVoxels * static_cast<std::size_t>(channels) * sizeof(float);
 }
 
-/// Arrays, to be written one behind another. They must live as long.
-class Parts {
- public:
-  void add(const void* bytes, std::size_t size) {
-    if (!parts_.empty() &&
-        static_cast<const char*>(parts_.back().iov_base) + parts_.back().iov_len == bytes)
-      parts_.back().iov_len += size;  // leaves mostly lie one behind another
-    else if (size > 0)
-      parts_.push_back({const_cast<void*>(bytes), size});
-  }
-
-  /// Writes all to shared memory. Returns the bytes instead if the system does not let it be that
-  /// large. Throws std::bad_alloc.
-  std::string write_or_text(int memory) const {
-    const int error = write(memory);
-    if (error == 0) return {};
-    if (error != EFBIG || ftruncate(memory, 0) != 0) throw std::bad_alloc();
-    std::size_t size = 0;
-    for (const iovec& part : parts_) size += part.iov_len;
-    if (size > guard::MessageInput::longest / 2)
-      throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
-    std::string text;
-    for (const iovec& part : parts_)
-      text.append(static_cast<const char*>(part.iov_base), part.iov_len);
-    return text;
-  }
-
-  /// Puts the memory that was written in place of a single array's whole pages: one copy for both
-  /// processes.
-  void share(int memory) const {
-    if (parts_.size() != 1) return;
-    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    const auto& [array, size] = parts_.front();
-    if (reinterpret_cast<std::uintptr_t>(array) % page == 0 && size >= page)
-      mmap(array, size / page * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_FIXED, memory, 0);
-  }
-
- private:
-  /// Writes all to a file that is empty. Faster than through a mapping, which the system fills page
-  /// by page. Returns an error number or 0.
-  int write(int file) const {
-    std::vector<iovec> parts = parts_;
-    std::span<iovec> rest = parts;
-    std::int64_t at = 0;
-    while (!rest.empty()) {
-      constexpr std::size_t most = 512;  // 1 MiB of scalars
-      const ssize_t written =
-          pwritev(file, rest.data(), static_cast<int>(std::min(most, rest.size())), at);
-      if (written < 0 && errno == EINTR) continue;
-      if (written < 0) return errno;
-      at += written;
-      for (auto left = static_cast<std::size_t>(written); !rest.empty();) {
-        iovec& first = rest.front();
-        const std::size_t done = std::min(left, first.iov_len);
-        first = {static_cast<char*>(first.iov_base) + done, first.iov_len - done};
-        left -= done;
-        if (first.iov_len > 0) break;
-        rest = rest.subspan(1);
-      }
+/// Writes bytes to shared memory that is empty. Faster than through a mapping, which the system
+/// fills page by page. Returns them instead if the system does not let it be that large. Throws
+/// std::bad_alloc.
+std::string write_or_text(std::string_view bytes, int memory) {
+  for (std::size_t at = 0; at < bytes.size();) {
+    const ssize_t written = pwrite(memory, bytes.data() + at, bytes.size() - at, off_t(at));
+    if (written >= 0) {
+      at += static_cast<std::size_t>(written);
+    } else if (errno != EINTR) {
+      if (errno != EFBIG || ftruncate(memory, 0) != 0) throw std::bad_alloc();
+      if (bytes.size() > guard::MessageInput::longest / 2)
+        throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
+      return std::string(bytes);
     }
-    return 0;
   }
+  return {};
+}
 
-  std::vector<iovec> parts_;
-};
+/// Puts the memory that was written in place of the whole pages of its values: one copy for both
+/// processes.
+void share(std::string_view values, int memory) {
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  void* const first = const_cast<char*>(values.data());
+  if (reinterpret_cast<std::uintptr_t>(first) % page == 0 && values.size() >= page)
+    mmap(first, values.size() / page * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_FIXED,
+         memory, 0);
+}
 
 /// Memory that another process has written, and nobody can change from now on. Returns its size.
 /// Throws std::runtime_error.
@@ -242,24 +205,33 @@ guard::Descriptor shared_memory() {
 }
 
 void write_places(const Field& field, int memory, FieldFacts& facts) {
-  std::vector<glm::ivec3> origins;
-  origins.reserve(field.leaves.size());
-  for (const Leaf& leaf : field.leaves) origins.push_back(leaf.origin);
-  Parts parts;
-  parts.add(origins.data(), origins.size() * sizeof(glm::ivec3));
-  parts.add(field.tiles.data(), field.tiles.size() * sizeof(Tile));
-  facts.bytes = parts.write_or_text(memory);
+  std::string bytes;
+  bytes.reserve(Layout(field.leaves.size(), field.tiles.size()).size);
+  for (const Leaf& leaf : field.leaves)
+    bytes.append(reinterpret_cast<const char*>(&leaf.origin), sizeof leaf.origin);
+  bytes.append(reinterpret_cast<const char*>(field.tiles.data()),
+               field.tiles.size() * sizeof(Tile));
+  facts.bytes = write_or_text(bytes, memory);
 }
 
 std::string write_values(const Field& field, const ValuesRequest& request, int memory) {
   if (request.first > field.leaves.size() || request.count > field.leaves.size() - request.first)
     throw std::runtime_error("an unknown request");
-  Parts parts;
-  for (const Leaf& leaf : std::span(field.leaves).subspan(request.first, request.count))
-    parts.add(leaf.values, leaf_bytes(field.channels));
-  std::string text = parts.write_or_text(memory);
-  if (text.empty()) parts.share(memory);
-  return text;
+  const auto leaves = std::span(field.leaves).subspan(request.first, request.count);
+  if (leaves.empty()) return {};
+  const std::size_t size = leaf_bytes(field.channels);
+  const auto first = [](const Leaf& leaf) { return reinterpret_cast<const char*>(leaf.values); };
+  const auto follows = [&](const Leaf& a, const Leaf& b) { return first(a) + size == first(b); };
+  if (std::ranges::adjacent_find(leaves, std::not_fn(follows)) == leaves.end()) {
+    const std::string_view values(first(leaves.front()), leaves.size() * size);
+    std::string text = write_or_text(values, memory);
+    if (text.empty()) share(values, memory);
+    return text;
+  }
+  std::string copies;
+  copies.reserve(leaves.size() * size);
+  for (const Leaf& leaf : leaves) copies.append(first(leaf), size);
+  return write_or_text(copies, memory);
 }
 
 void take_places(FieldFacts& facts, int memory) {
