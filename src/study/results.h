@@ -123,6 +123,7 @@ struct StudyPoint {
   std::uint64_t atlas_bytes = 0;
   double difference_scale = 0;  ///< radiance difference that has full colour in its picture
   std::vector<TimeSample> times;
+  double rms() const { return error.rms(); }
   bool operator==(const StudyPoint&) const = default;
 };
 
@@ -134,6 +135,7 @@ inline Spread spread(const StudyPoint& point, double TimeSample::*clock) {
 inline Spread wall_ms(const StudyPoint& point) { return spread(point, &TimeSample::wall_ms); }
 inline Spread gpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::gpu_ms); }
 inline Spread cpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::cpu_ms); }
+inline double median_cpu_ms(const StudyPoint& point) { return cpu_ms(point).median; }
 
 /// The measurement of another renderer's picture.
 struct ForeignPoint {
