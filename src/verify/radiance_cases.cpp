@@ -19,8 +19,7 @@ Measured furnace(const Painter& painter, std::optional<double> step, bool grid) 
   const auto luminance = grid ? share(ones_around_mixed()) : nullptr;
   Measured found;
   for (const glm::dvec3& from : {glm::dvec3(90, 60, 75), {12.3, 9.1, 10.7}}) {
-    Scene scene = looking(small_scene(24), from, {11, 12, 8});
-    scene.extinction = 0.15;
+    Scene scene = looking(small_scene(24, 0.15), from, {11, 12, 8});
     scene.step = step;
     const Image image = painter.picture(make_view(scene, density, luminance));
     Image alpha = image;
@@ -39,8 +38,7 @@ Measured linear_luminance(const Painter& painter) {
   const auto L = share(make_field({{0, -24, -24}, {66, 24, 24}}, [](glm::ivec3 v) {
     return std::max(0.0f, 0.25f * float(v.x - 2));
   }));
-  Scene scene = looking(small_scene(24), {-20, 2, 3}, {4, 0, 0});
-  scene.extinction = tau;
+  Scene scene = looking(small_scene(24, tau), {-20, 2, 3}, {4, 0, 0});
   scene.fov = 25;
   const View view = make_view(scene, density, L);
   const Image image = painter.picture(view);
@@ -70,8 +68,7 @@ Measured two_layers(const Painter& painter) {
   Measured found;
   for (const int first : {0, 1}) {
     const double side = first == 0 ? -1 : 1;
-    Scene scene = looking(small_scene(24), glm::dvec3(middle + side * 60, 3, 2), {middle, 0, 0});
-    scene.extinction = K;
+    Scene scene = looking(small_scene(24, K), glm::dvec3(middle + side * 60, 3, 2), {middle, 0, 0});
     scene.fov = 20;
     const View view = make_view(scene, density, luminance);
     for_pixels(view, painter.picture(view), [&](const WorldRay& ray, const float* rgba) {
@@ -92,8 +89,7 @@ Measured printed_rule(const Painter& painter, std::optional<double> step,
   constexpr int count = 33;  // odd: the lattice lies on voxels
   constexpr double K = 0.6;
   const Plate ramp{profile(count, [](int x) { return 0.125 * std::min(x, 14); })};
-  Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.extinction = K;
+  Scene scene = looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
   scene.step = step;
   const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
   const double exact = rule_across(ramp, K, step ? int(1 / *step) : scene.segments, rule);
@@ -111,8 +107,7 @@ struct Rise {
 Measured rising(const Painter& painter, const Rise& rise, int channel) {
   const Plate plate{
       profile(rise.width + 24, [&](int x) { return rise.slope * std::min(x + 1, rise.width); })};
-  Scene scene = looking(small_scene(16), {-20, 2, 3}, {4, 0, 0});
-  scene.extinction = rise.K;
+  Scene scene = looking(small_scene(16, rise.K), {-20, 2, 3}, {4, 0, 0});
   scene.fov = 25;
   scene.integrator = Integrator::psi_exact;
   const View view = view_of(scene, plate.field(), Glow::density);
@@ -160,9 +155,8 @@ Measured transfer_tent(const Painter& painter) {
   }
   Measured found;
   for (const double side : {-40.0, 40.0}) {
-    Scene scene = looking(small_scene(24), {12 + side, 3.3, 1.8}, {12, 0.3, -0.2});
+    Scene scene = looking(small_scene(24, K), {12 + side, 3.3, 1.8}, {12, 0.3, -0.2});
     scene.fov = 30;
-    scene.extinction = K;
     View view = view_of(scene, ramp.field());
     view.scene.split_knots = true;
     view.medium.transfer = std::make_shared<const TransferFunction>(
@@ -182,9 +176,8 @@ Measured transfer_tent(const Painter& painter) {
 Measured emitting_slab(const Painter& painter) {
   constexpr double scale = 0.05;
   const Plate slab{profile(12, [](int) { return 2; })};
-  Scene scene = looking(small_scene(24), {-40, 3, 2}, {6, 0, 0});
+  Scene scene = looking(small_scene(24, 0), {-40, 3, 2}, {6, 0, 0});
   scene.fov = 20;
-  scene.extinction = 0;
   View view = view_of(scene, slab.field());
   view.medium.emission = {{view.medium.density, scale}};
   Measured found;
@@ -202,8 +195,7 @@ Measured emitting_slab(const Painter& painter) {
 Measured lit_ramp(const Painter& painter) {
   constexpr double K = 0.12;
   const Plate ramp{profile(20, [](int x) { return 0.25 * std::min(x + 1, 8); })};
-  Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.extinction = K;
+  Scene scene = looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
   scene.lights = {{{1, 0, 0}, {1, 0.5, 2}}};
   const View view = view_of(scene, ramp.field());
   const Image image = painter.picture(view);
@@ -224,8 +216,7 @@ Measured lit_ramp(const Painter& painter) {
 Measured template_ramp(const Painter& painter) {
   constexpr double K = 0.6;
   const Plate ramp{profile(33, [](int x) { return 0.125 * std::min(x, 14); })};
-  Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.extinction = K;
+  Scene scene = looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
   scene.sampling = Sampling::template_;
   scene.integrator = Integrator::psi_weighted;
   const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
