@@ -78,10 +78,6 @@ std::string look_ups(const StudyPoint& p) {
   return decimals(p.samples_per_ray, 0) + " look-ups a ray";
 }
 
-Scene scene_in(const StudyResults& results) {
-  return scene_from_json(results.scene, "the study's scene");
-}
-
 bool by_default_rule(const StudyPoint& p) {
   Scene scene = scene_of(p.variant, {});
   scene.integrator.reset();

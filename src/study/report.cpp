@@ -65,7 +65,7 @@ std::string emission_text(const Scene& scene) {
 
 std::string head(const StudyResults& r) {
   const std::string version = r.version + (r.git.empty() ? "" : " (" + r.git + ")");
-  const Scene scene = scene_from_json(r.scene, "the study's scene");
+  const Scene scene = scene_in(r);
   return html_table(
       {{"study", ""},
        {"file", html_text(r.input) + ", FNV-1a " + r.input_hash},

@@ -37,6 +37,8 @@ std::string sampling_name(const Variant& variant);
 /// Both names together; and both as a file name without extension.
 std::string variant_name(const Variant& variant);
 std::string file_name(const Variant& variant);
+/// The name with `_` in place of spaces.
+std::string file_name(std::string name);
 
 Variant variant_of(Method method, const glm::ivec2& resolution);
 
@@ -177,6 +179,7 @@ struct StudyResults {
   std::string name{};  ///< of its folder; not in the file
 };
 
+Scene scene_in(const StudyResults& results);
 /// The command that draws the study's scene by the default method.
 std::string command_of(const StudyResults& results);
 

@@ -48,9 +48,8 @@ std::vector<Variant> refinements_of(const std::vector<StudyResults>& studies) {
 /// it.
 std::vector<Need> needs_in(const StudyResults& study, const Variant& refinement,
                            const std::vector<double>& rms) {
-  std::vector<Need> own;
-  for (const Need& need : needs_of(study, rms))
-    if (need.variant == refinement) own.push_back(need);
+  std::vector<Need> own = needs_of(study, rms);
+  std::erase_if(own, [&](const Need& need) { return need.variant != refinement; });
   return own;
 }
 
@@ -176,7 +175,7 @@ SequenceStatistics statistics_of(const std::vector<StudiedFrame>& studied) {
   SequenceStatistics all{{}, {}, studied.size()};
   for (const auto& [frame, folder] : studied) {
     const StudyResults results = read_results(folder);
-    all.scene = scene_from_json(results.scene, "the study's scene");
+    all.scene = scene_in(results);
     for (const StudyPoint& point : results.points) {
       auto found = std::ranges::find(all.variants, point.variant, &FrameStatistics::variant);
       if (found == all.variants.end()) found = all.variants.insert(found, {point.variant});

@@ -235,9 +235,7 @@ std::string StudyCost::forecast(const Variant& tried, const CostTrial& trial) {
 }
 
 std::string file_name(const ForeignPicture& picture) {
-  std::string name = "foreign_" + picture.name;
-  std::replace(name.begin(), name.end(), ' ', '_');
-  return name;
+  return file_name("foreign_" + picture.name);
 }
 
 ForeignPicture foreign_picture(std::string_view text) {

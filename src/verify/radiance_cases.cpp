@@ -82,17 +82,19 @@ Measured two_layers(const Painter& painter) {
   return found;
 }
 
-/// L = value on a ramp, seen along x. Every pixel is the rule's sum over its segments, computed by
-/// the printed formula.
-Measured printed_rule(const Painter& painter, std::optional<double> step,
-                      SegmentSum (*rule)(double, double)) {
+Scene along_x(double K) { return looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0); }
+
+/// L = value on a ramp, seen along x. Every pixel is the rule's sum over segments of 1/parts of a
+/// voxel, computed by the printed formula.
+Measured printed_rule(const Painter& painter, Integrator id, std::optional<double> step, int parts,
+                      SegmentSum (*rule)(double, double), std::optional<Sampling> sampling = {}) {
   constexpr int count = 33;  // odd: the lattice lies on voxels
   constexpr double K = 0.6;
   const Plate ramp{profile(count, [](int x) { return 0.125 * std::min(x, 14); })};
-  Scene scene = looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.step = step;
+  Scene scene = with(along_x(K), id, step);
+  scene.sampling = sampling;
   const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
-  const double exact = rule_across(ramp, K, step ? int(1 / *step) : scene.segments, rule);
+  const double exact = rule_across(ramp, K, parts, rule);
   // sensitive once to a step of the ramp in L and twice to the depth, with L up to 1.75
   return {radiance_error(image, exact), 0.125 + 2 * 1.75 * K * ramp.variation()};
 }
@@ -195,7 +197,7 @@ Measured emitting_slab(const Painter& painter) {
 Measured lit_ramp(const Painter& painter) {
   constexpr double K = 0.12;
   const Plate ramp{profile(20, [](int x) { return 0.25 * std::min(x + 1, 8); })};
-  Scene scene = looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
+  Scene scene = along_x(K);
   scene.lights = {{{1, 0, 0}, {1, 0.5, 2}}};
   const View view = view_of(scene, ramp.field());
   const Image image = painter.picture(view);
@@ -209,19 +211,6 @@ Measured lit_ramp(const Painter& painter) {
   // L changes by a voxel's K v, and the depth counts twice, times L below 1
   found.sensitivity = K * 2 + 2 * K * ramp.variation();
   return found;
-}
-
-/// A glowing ramp along x, drawn by a ray template. Samples lie on voxels, and the rule's printed
-/// sum runs over segments of one voxel.
-Measured template_ramp(const Painter& painter) {
-  constexpr double K = 0.6;
-  const Plate ramp{profile(33, [](int x) { return 0.125 * std::min(x, 14); })};
-  Scene scene = looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.sampling = Sampling::template_;
-  scene.integrator = Integrator::psi_weighted;
-  const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
-  const double exact = rule_across(ramp, K, 1, weighted_opacity);
-  return {radiance_error(image, exact), 0.125 + 2 * 1.75 * K * ramp.variation()};
 }
 
 }  // namespace
@@ -238,9 +227,13 @@ std::vector<Case> radiance_cases() {
       {"linear luminance, psi-weighted", sum_reason, sum_bound, linear_luminance},
       {"two layers", sum_reason, sum_bound, two_layers},
       {"ramp that glows, psi-weighted", sum_reason, sum_bound,
-       [](const Painter& p) { return printed_rule(p, {}, weighted_opacity); }},
+       [](const Painter& p) {
+         return printed_rule(p, Integrator::psi_weighted, {}, Scene{}.segments, weighted_opacity);
+       }},
       {"ramp that glows, psi-balanced", sum_reason, sum_bound,
-       [](const Painter& p) { return printed_rule(p, 0.5, balanced); }},
+       [](const Painter& p) {
+         return printed_rule(p, Integrator::psi_balanced, 0.5, 2, balanced);
+       }},
       rising_case("ramp that glows, psi-exact", {0.5, 0.125, 32}),
       rising_case("opaque end that glows, K 1e2", {1e2, 1, 1}),
       rising_case("opaque end that glows, K 1e6", {1e6, 1, 1}, false),
@@ -260,7 +253,10 @@ std::vector<Case> source_cases() {
       {"ramp lit from the front", "L <= 1 to 40 roundings, 64 segments' sums to 16",
        source_depth_bound + sum_bound, lit_ramp},
       {"ramp that glows, template", "40 segments' sums: 16 roundings of 2^-24", sum_bound,
-       template_ramp},
+       [](const Painter& p) {  // samples lie on voxels
+         return printed_rule(p, Integrator::psi_weighted, {}, 1, weighted_opacity,
+                             Sampling::template_);
+       }},
   };
 }
 
