@@ -258,7 +258,7 @@ std::vector<ForeignPicture> read_foreign_pictures(const std::string& path) {
     for (const auto& item : list) {
       for (const auto& [key, value] : item.items())
         if (const std::vector<std::string> keys = {"name", "picture", "time_ms"};
-            std::ranges::find(keys, key) == keys.end())
+            !std::ranges::count(keys, key))
           throw Error(ExitCode::usage, "no key " + in_quotes(key) + suggestion(key, keys));
       const std::filesystem::path file = item.at("picture").get<std::string>();
       pictures.push_back({item.at("name").get<std::string>(),
@@ -287,7 +287,7 @@ void check_foreign(const StudyOptions& options, const Scene& scene) {
     std::string wanted;
     for (const glm::ivec2& size : sizes)
       wanted += formatted(wanted.empty() ? "%dx%d" : " or %dx%d", size.x, size.y);
-    if (std::ranges::find(sizes, glm::ivec2(image.width, image.height)) == sizes.end())
+    if (!std::ranges::count(sizes, glm::ivec2(image.width, image.height)))
       throw Error(ExitCode::input, in_quotes(foreign.file) +
                                        formatted(" has %dx%d", image.width, image.height) +
                                        " pixels; the study's pictures have " + wanted);
