@@ -124,7 +124,7 @@ Facts facts_of(const StudyPoint& p) {
   const auto rms = [](const std::optional<PictureError>& error) {
     return error ? two_digits(error->rms()) : "–";
   };
-  Facts facts = {{"RMS", two_digits(p.error.rms())}};
+  Facts facts = {{"RMS", two_digits(p.rms())}};
   for (const auto& [channels, d] :
        {std::pair("radiance", &p.error.radiance), std::pair("alpha", &p.error.alpha)}) {
     const std::string prefix = channels + std::string(" ");
@@ -190,7 +190,7 @@ TextTable cheapest_table(const StudyResults& results) {
   const auto cheapest = [&](double rms, const auto& cost, const char* unit) -> std::string {
     const StudyPoint* best = nullptr;
     for (const StudyPoint& p : results.points)
-      if (p.error.rms() <= rms && cost(p) > 0 && (!best || cost(p) < cost(*best))) best = &p;
+      if (p.rms() <= rms && cost(p) > 0 && (!best || cost(p) < cost(*best))) best = &p;
     if (!best) return "–";
     return variant_name(best->variant) + ": " + decimals(cost(*best), 1) + unit;
   };
