@@ -50,26 +50,22 @@ int repeats_of(const json& value) {
 /// Reads a JSON object: the sweep's lists by name, as arrays or in the command line's syntax;
 /// `repeats`; and `scene`, an object in the format of --scene. Throws Error(input), Error(usage).
 StudyFile read_study_file(const std::string& path) {
-  const auto fail = [&](const std::string& what) { usage(path + ": " + what); };
-  json object;
-  try {
-    object = json::parse(read_text(path, "study"));
-  } catch (const json::exception& error) {
-    fail("not a study in JSON: " + std::string(error.what()));
-  }
-  if (!object.is_object()) fail("not a study: expected a JSON object");
+  const std::string text = read_text(path, "study");
   StudyFile file;
-  for (const auto& [name, value] : object.items()) {
-    try {
+  try {
+    const json object = json::parse(text);
+    if (!object.is_object()) usage("not a study: expected a JSON object");
+    for (const auto& [name, value] : object.items())
       if (name == "scene")
         file.scene = scene_from_json(value.dump(), "scene");
       else if (name == "repeats")
         file.repeats = repeats_of(value);
       else
         set_sweep(file.sweep, name, list_text(value));
-    } catch (const Error& error) {
-      fail(error.what());
-    }
+  } catch (const json::exception& error) {
+    usage(path + ": not a study in JSON: " + error.what());
+  } catch (const Error& error) {
+    usage(path + ": " + error.what());
   }
   return file;
 }

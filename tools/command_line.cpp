@@ -134,27 +134,22 @@ void CommandLine::add_trust() {
 
 void CommandLine::print_help(bool all) const {
   std::string line = "\nUsage: " + get_name() + " [OPTIONS]", text;
-  const auto add = [&](const std::string& heading, const auto& wanted) {
-    std::string rows;
-    for (const CLI::Option* option : get_options())
-      if (wanted(*option)) rows += help_row(*option);
-    if (!rows.empty()) text += "\n" + heading + ":\n" + rows;
+  const auto add = [&](const std::string& heading, const auto& options) {
+    if (!options.empty()) text += "\n" + heading + ":\n";
+    for (const CLI::Option* option : options) text += help_row(*option);
   };
-  for (const CLI::Option* option : get_options()) {
-    if (option->nonpositional()) continue;
+  for (const CLI::Option* option : arguments_of(*this)) {
     const std::string name = option->get_name(true) + (option->get_expected_max() > 1 ? "..." : "");
     line += option->get_required() ? " " + name : " [" + name + "]";
   }
-  add("Arguments", [](const CLI::Option& option) { return !option.nonpositional(); });
+  add("Arguments", arguments_of(*this));
   if (all || common_.empty())
-    for (const std::string& group : help_groups(*this))
-      add(group, [&](const CLI::Option& option) {
-        return option.nonpositional() && option.get_group() == group;
-      });
+    for (const std::string& group : help_groups(*this)) add(group, options_of(*this, group));
   else
-    add("Common options", [&](const CLI::Option& option) {
-      return option.nonpositional() && std::ranges::count(common_, option.get_lnames().front()) > 0;
-    });
+    add("Common options", get_options([&](const CLI::Option* option) {
+          return option->nonpositional() &&
+                 std::ranges::count(common_, option->get_lnames().front());
+        }));
   text += "\n";
   if (!all && !common_.empty())
     text += get_name() + " --help-all prints all " + std::to_string(help_options(*this).size()) +

@@ -167,8 +167,10 @@ struct HelpForm {
   std::string (*after)(std::span<const HelpCommand>);
 };
 
+std::vector<const CLI::Option*> arguments_of(const CLI::App& command);
 /// The groups of a command's options, in the order of their first ones.
 std::vector<std::string> help_groups(const CLI::App& command);
+std::vector<const CLI::Option*> options_of(const CLI::App& command, const std::string& group);
 
 /// All that --help prints, in its order; arguments first.
 std::vector<HelpOption> help_options(const CLI::App& command);

@@ -264,26 +264,28 @@ const HelpForm& help_form(std::string_view argument) {
   throw Error(ExitCode::usage, "--help=" + std::string(name) + ": expected one of " + known);
 }
 
+std::vector<const CLI::Option*> arguments_of(const CLI::App& command) {
+  return command.get_options([](const CLI::Option* option) { return !option->nonpositional(); });
+}
+
+std::vector<const CLI::Option*> options_of(const CLI::App& command, const std::string& group) {
+  return command.get_options([&](const CLI::Option* option) {
+    return option->nonpositional() && option->get_group() == group;
+  });
+}
+
 std::vector<std::string> help_groups(const CLI::App& command) {
-  std::vector<std::string> groups;
-  for (const CLI::Option* option : command.get_options())
-    if (option->nonpositional() && option->get_group() != hidden_group &&
-        !std::ranges::count(groups, option->get_group()))
-      groups.push_back(option->get_group());
+  std::vector<std::string> groups = command.get_groups();
+  std::erase(groups, hidden_group);
   return groups;
 }
 
 std::vector<HelpOption> help_options(const CLI::App& command) {
   std::vector<HelpOption> options;
-  const auto add = [&](const auto& wanted) {
-    for (const CLI::Option* option : command.get_options())
-      if (wanted(*option)) options.push_back(described(*option));
-  };
-  add([](const CLI::Option& option) { return !option.nonpositional(); });
+  for (const CLI::Option* option : arguments_of(command)) options.push_back(described(*option));
   for (const std::string& group : help_groups(command))
-    add([&](const CLI::Option& option) {
-      return option.nonpositional() && option.get_group() == group;
-    });
+    for (const CLI::Option* option : options_of(command, group))
+      options.push_back(described(*option));
   return options;
 }
 

@@ -30,10 +30,10 @@ struct Sweep {
 };
 
 /// The lists' names on the command line, without dashes.
-const std::vector<std::string>& sweep_lists();
+std::vector<std::string> sweep_lists();
 
 /// The scene's parameters that every sweep sets; a study's scene may not set them.
-const std::vector<std::string>& swept_parameters();
+std::vector<std::string> swept_parameters();
 
 /// What all pictures of a study have in common: the scene in exact light, with the defaults of all
 /// parameters that a sweep sets.

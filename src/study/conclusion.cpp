@@ -24,17 +24,17 @@ double between(double rms, double a_error, double b_error, double a, double b) {
 /// between two points.
 Need need_of(const StudyCurve& curve, double rms) {
   Need need{refinement(curve.front()->variant), rms, {}, {}, false};
-  const auto fine =
-      std::ranges::find_if(curve, [&](auto* point) { return !(point->error.rms() > rms); });
+  const auto fine = std::ranges::find_if(curve, [&](auto* point) { return !(point->rms() > rms); });
   if (fine == curve.end()) return need;
   need.at_most = fine == curve.begin();
   const auto cost = [&](auto of) {
-    if (need.at_most) return of(**fine);
-    const StudyPoint& coarse = **(fine - 1);
-    return between(rms, coarse.error.rms(), (*fine)->error.rms(), of(coarse), of(**fine));
+    const double end = std::invoke(of, *fine);
+    if (need.at_most) return end;
+    const StudyPoint* coarse = *(fine - 1);
+    return between(rms, coarse->rms(), (*fine)->rms(), std::invoke(of, coarse), end);
   };
-  need.samples_per_ray = cost([](const StudyPoint& p) { return p.samples_per_ray; });
-  need.cpu_ms = cost([](const StudyPoint& p) { return cpu_ms(p).median; });
+  need.samples_per_ray = cost(&StudyPoint::samples_per_ray);
+  need.cpu_ms = cost([](const StudyPoint* p) { return median_cpu_ms(*p); });
   return need;
 }
 
@@ -60,25 +60,22 @@ std::vector<const StudyPoint*> largest_pictures(const StudyResults& results) {
 template <typename Number>
 void keep_least(std::vector<const StudyPoint*>& points, double factor, Number number) {
   double least = HUGE_VAL;
-  for (const StudyPoint* p : points) least = std::min(least, number(*p));
-  std::erase_if(points, [&](const StudyPoint* p) { return number(*p) > factor * least; });
+  for (const StudyPoint* p : points) least = std::min(least, std::invoke(number, *p));
+  std::erase_if(points,
+                [&](const StudyPoint* p) { return std::invoke(number, *p) > factor * least; });
 }
 
 const StudyPoint* cheapest(std::vector<const StudyPoint*> points, const Condition& good) {
   std::erase_if(points, [&](const StudyPoint* p) { return !good(*p); });
   if (points.empty()) return nullptr;
-  keep_least(points, same_samples, [](const StudyPoint& p) { return p.samples_per_ray; });
-  keep_least(points, same_time, [](const StudyPoint& p) { return cpu_ms(p).median; });
-  keep_least(points, same_error, [](const StudyPoint& p) { return p.error.rms(); });
+  keep_least(points, same_samples, &StudyPoint::samples_per_ray);
+  keep_least(points, same_time, median_cpu_ms);
+  keep_least(points, same_error, &StudyPoint::rms);
   return points.front();
 }
 
 std::string look_ups(const StudyPoint& p) {
   return decimals(p.samples_per_ray, 0) + " look-ups a ray";
-}
-
-Scene scene_in(const StudyResults& results) {
-  return scene_from_json(results.scene, "the study's scene");
 }
 
 bool by_default_rule(const StudyPoint& p) {
@@ -206,7 +203,7 @@ Conclusion conclusion_of(const StudyResults& results) {
   constexpr double limits[] = {1e-6, 1e-5, 1e-4, 1e-3, 1e-2};
   for (const double rms : limits) {
     const StudyPoint* best = first_of_same(
-        results, cheapest(points, [&](const StudyPoint& p) { return p.error.rms() <= rms; }));
+        results, cheapest(points, [&](const StudyPoint& p) { return p.rms() <= rms; }));
     if (conclusion.fine && best != conclusion.fine) break;
     if (!best) continue;
     conclusion.fine = best;
@@ -226,15 +223,14 @@ std::string conclusion_text(const StudyResults& results) {
     return settings_text(scene, same);
   };
   const auto cost = [&](const StudyPoint& p) {
-    return settings(p) + ": RMS " + two_digits(p.error.rms()) + ", " + look_ups(p);
+    return settings(p) + ": RMS " + two_digits(p.rms()) + ", " + look_ups(p);
   };
   const auto from = [&] { return "for an RMS of " + power_text(fine_rms) + " or less use "; };
   std::string text;
   if (!coarse && !fine) {
-    const auto best = std::ranges::min_element(results.points, {},
-                                               [](const StudyPoint& p) { return p.error.rms(); });
+    const auto best = std::ranges::min_element(results.points, {}, &StudyPoint::rms);
     text = "No setting of this study is within 8 bits or an RMS of 1e-2; the least RMS is " +
-           two_digits(best->error.rms()) + ", by " + settings(*best);
+           two_digits(best->rms()) + ", by " + settings(*best);
   } else if (!coarse) {
     text = "No setting of this study is within 8 bits; " + from() + cost(*fine);
   } else {
@@ -255,7 +251,7 @@ Json conclusion_json(const StudyResults& results) {
       rules.push_back(rule_name(same->variant));
     return {{"options", options_of(p->variant)},
             {"rules", std::move(rules)},
-            {"rms", p->error.rms()},
+            {"rms", p->rms()},
             {"samples_per_ray", p->samples_per_ray}};
   };
   Json out = {{"sentence", conclusion_text(results)},

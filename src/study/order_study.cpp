@@ -35,19 +35,15 @@ constexpr Refinement refinements[] = {
 
 const Refinement& of(const OrderRow& row) { return refinements[int(row.refined)]; }
 
-std::string expected_text(const OrderRow& row) {
-  return (row.about ? "≈ " : "") + number_text(row.expected);
-}
-
 TextTable order_table(const std::vector<OrderRow>& rows) {
   TextTable table = {{"shrinks", "rays", "way", "K", "expected", "observed", "errors fitted"}};
   for (const OrderRow& row : rows) {
     const auto fitted = row.fitted();
-    table.push_back({of(row).name, row.rays, row.way, number_text(row.K), expected_text(row),
-                     decimals(row.observed(), 2),
-                     two_digits(fitted.front().second) + " to " + two_digits(fitted.back().second) +
-                         " at " + two_digits(fitted.front().first) + " to " +
-                         two_digits(fitted.back().first)});
+    table.push_back(
+        {of(row).name, row.rays, row.way, number_text(row.K),
+         (row.about ? "≈ " : "") + number_text(row.expected), decimals(row.observed(), 2),
+         two_digits(fitted.front().second) + " to " + two_digits(fitted.back().second) + " at " +
+             two_digits(fitted.front().first) + " to " + two_digits(fitted.back().first)});
   }
   return table;
 }

@@ -121,14 +121,10 @@ double sheet_value(double x, double y) { return 1 + 0.06 * x + 0.03 * y + 0.004 
 constexpr double sheet_K = 0.25, sheet_width = 16;  // [voxels] that the picture shows
 double sheet_radiance(double x, double y) { return -std::expm1(-8 * sheet_K * sheet_value(x, y)); }
 
-/// Errors of the sheet's picture of `side` x `side` pixels.
-struct SheetErrors {
-  double nearest = 0, bilinear = 0, mean = 0;
-};
-
-SheetErrors sheet_errors(int side) {
-  Scene scene = looking(small_scene(side), {0, 0, 40}, {0, 0, 0}, sheet_width);
-  scene.extinction = sheet_K;
+/// Errors of the sheet's picture of `side` x `side` pixels: by the nearest pixel, bilinear between
+/// pixels, and of the mean.
+std::array<double, 3> sheet_errors(int side) {
+  Scene scene = looking(small_scene(side, sheet_K), {0, 0, 40}, {0, 0, 0}, sheet_width);
   const View view = view_of(scene, make_field({{-12, -12, 0}, {12, 12, 7}}, [](glm::ivec3 v) {
                               return float(sheet_value(v.x, v.y));
                             }));
@@ -138,30 +134,27 @@ SheetErrors sheet_errors(int side) {
     return sheet_radiance(ray.origin.x, ray.origin.y);
   };
   constexpr int parts = 4;  // sample points per pixel and axis
-  SheetErrors sum;
-  double pixels = 0;
+  ErrorSum nearest, bilinear, pixels;
   for (int y = 0; y < side; ++y)
     for (int x = 0; x < side; ++x) {
-      pixels += pixel(image, x, y, 0);
+      pixels.add(pixel(image, x, y, 0), 0);
       for (int i = 0; i < parts * parts; ++i) {
         const double u = (i % parts + 0.5) / parts, v = (double(i / parts) + 0.5) / parts;
-        sum.nearest += std::pow(pixel(image, x, y, 0) - exact(x + u, y + v), 2);
+        nearest.add(pixel(image, x, y, 0) - exact(x + u, y + v), 0);
         if (x + 1 == side || y + 1 == side)
           continue;  // the mean lies between the centres of four pixels
         const double above = std::lerp(double(pixel(image, x, y, 0)), pixel(image, x + 1, y, 0), u);
         const double below =
             std::lerp(double(pixel(image, x, y + 1, 0)), pixel(image, x + 1, y + 1, 0), u);
-        sum.bilinear += std::pow(std::lerp(above, below, v) - exact(x + 0.5 + u, y + 0.5 + v), 2);
+        bilinear.add(std::lerp(above, below, v) - exact(x + 0.5 + u, y + 0.5 + v), 0);
       }
     }
   const double half = sheet_width / 2;
   const double mean = gauss_sum(-half, half, 16, [&](double y) {
     return gauss_sum(-half, half, 16, [&](double x) { return sheet_radiance(x, y); });
   });
-  const double points = parts * parts;
-  return {std::sqrt(sum.nearest / (points * side * side)),
-          std::sqrt(sum.bilinear / (points * (side - 1) * (side - 1))),
-          std::abs(pixels / (side * side) - mean / (sheet_width * sheet_width))};
+  return {nearest.rms(), bilinear.rms(),
+          std::abs(pixels.mean() - mean / (sheet_width * sheet_width))};
 }
 
 }  // namespace
@@ -182,8 +175,8 @@ std::vector<OrderRow> step_orders(const Progress& progress) {
 }
 
 std::vector<OrderRow> voxel_orders(const Progress& progress) {
-  const Scene outside = looking(small_scene(24), {6, 4, 5}, {0, 0, 0}, 3.0);
-  const Scene inside = looking(small_scene(24), {0.3, -0.2, 0.1}, {-1, 0.5, 0.3});
+  const Scene outside = looking(small_scene(24, bump_K), {6, 4, 5}, {0, 0, 0}, 3.0);
+  const Scene inside = looking(small_scene(24, bump_K), {0.3, -0.2, 0.1}, {-1, 0.5, 0.3});
   std::vector<OrderRow> rows;
   for (const Scene* scene : {&outside, &inside})
     for (const VoxelMethod& method : voxel_methods) {
@@ -199,11 +192,9 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
     const auto luminance =
         bump_voxels(voxel, [](const glm::dvec3& p) { return 1 + 0.6 * std::sin(1.3 * p.x + 0.4); });
     auto row = rows.begin();
-    for (const Scene* from : {&outside, &inside})
+    for (const Scene* scene : {&outside, &inside})
       for (const VoxelMethod& method : voxel_methods) {
-        Scene scene = *from;
-        scene.extinction = bump_K;
-        const View view = make_view(scene, density, luminance);
+        const View view = make_view(*scene, density, luminance);
         row->errors.emplace_back(voxel, bump_rms(view, voxel_picture(view, method, voxel)));
         ++row;
       }
@@ -213,20 +204,18 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
 }
 
 std::vector<OrderRow> pixel_orders(const Progress& progress) {
-  const auto row = [](const char* look_up, double expected) {
-    return OrderRow{Refined::pixel, "vacuum to vacuum", look_up, Integrator::psi_weighted,
-                    8 * sheet_K,    expected,           false,   picture_floor};
-  };
-  OrderRow nearest = row("the nearest pixel", 1), bilinear = row("bilinear between pixels", 2),
-           mean = row("mean of the picture", 2);
+  std::vector<OrderRow> rows;
+  for (const auto& [look_up, order] : {std::pair("the nearest pixel", 1),
+                                       {"bilinear between pixels", 2},
+                                       {"mean of the picture", 2}})
+    rows.push_back({Refined::pixel, "vacuum to vacuum", look_up, Integrator::psi_weighted,
+                    8 * sheet_K, double(order), false, picture_floor});
   for (int side = 8; side <= 128; side *= 2) {
-    const SheetErrors errors = sheet_errors(side);
-    nearest.errors.emplace_back(1.0 / side, errors.nearest);
-    bilinear.errors.emplace_back(1.0 / side, errors.bilinear);
-    mean.errors.emplace_back(1.0 / side, errors.mean);
+    auto row = rows.begin();
+    for (const double error : sheet_errors(side)) (row++)->errors.emplace_back(1.0 / side, error);
     if (progress) progress(side / 128.0);
   }
-  return {nearest, bilinear, mean};
+  return rows;
 }
 
 }  // namespace psivox

@@ -65,7 +65,7 @@ std::string emission_text(const Scene& scene) {
 
 std::string head(const StudyResults& r) {
   const std::string version = r.version + (r.git.empty() ? "" : " (" + r.git + ")");
-  const Scene scene = scene_from_json(r.scene, "the study's scene");
+  const Scene scene = scene_in(r);
   return html_table(
       {{"study", ""},
        {"file", html_text(r.input) + ", FNV-1a " + r.input_hash},
@@ -124,7 +124,7 @@ Facts facts_of(const StudyPoint& p) {
   const auto rms = [](const std::optional<PictureError>& error) {
     return error ? two_digits(error->rms()) : "–";
   };
-  Facts facts = {{"RMS", two_digits(p.error.rms())}};
+  Facts facts = {{"RMS", two_digits(p.rms())}};
   for (const auto& [channels, d] :
        {std::pair("radiance", &p.error.radiance), std::pair("alpha", &p.error.alpha)}) {
     const std::string prefix = channels + std::string(" ");
@@ -190,30 +190,15 @@ TextTable cheapest_table(const StudyResults& results) {
   const auto cheapest = [&](double rms, const auto& cost, const char* unit) -> std::string {
     const StudyPoint* best = nullptr;
     for (const StudyPoint& p : results.points)
-      if (p.error.rms() <= rms && cost(p) > 0 && (!best || cost(p) < cost(*best))) best = &p;
+      if (p.rms() <= rms && cost(p) > 0 && (!best || cost(p) < cost(*best))) best = &p;
     if (!best) return "–";
     return variant_name(best->variant) + ": " + decimals(cost(*best), 1) + unit;
   };
   const auto look_ups = [](const StudyPoint& p) { return p.samples_per_ray; };
-  const auto time = [](const StudyPoint& p) { return cpu_ms(p).median; };
   for (const double rms : usual_rms)
-    rows.push_back({power_text(rms), cheapest(rms, look_ups, ""), cheapest(rms, time, " ms")});
+    rows.push_back(
+        {power_text(rms), cheapest(rms, look_ups, ""), cheapest(rms, median_cpu_ms, " ms")});
   return rows;
-}
-
-const StudyPoint* find(const StudyResults& results, const std::string& rule,
-                       const std::string& sampling) {
-  for (const StudyPoint& point : results.points)
-    if (rule_name(point.variant) == rule && sampling_name(point.variant) == sampling) return &point;
-  return nullptr;
-}
-
-std::string cell(const StudyPoint& point, const StudyPoint* baseline) {
-  std::string text = two_digits(point.error.rms());
-  const double own = cpu_ms(point).median;
-  const double whole = baseline ? cpu_ms(*baseline).median : 0;
-  if (own > 0 && whole > 0) text += " (" + decimals(own / whole, 2) + ")";
-  return text;
 }
 
 std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
@@ -275,10 +260,15 @@ std::string reference_name(const Variant& variant) {
 
 TextTable rules_table(const StudyResults& results) {
   TextTable rows = {{"rule"}};
-  for (const StudyPoint& point : results.points) {
-    const std::string column = sampling_name(point.variant);
-    set_cell(rows, rule_name(point.variant), column,
-             cell(point, find(results, "porter-duff", column)));
+  std::map<std::string, double> baseline;  // porter-duff's processor time, by the column
+  for (const StudyPoint& p : results.points)
+    if (rule_name(p.variant) == "porter-duff")
+      baseline.emplace(sampling_name(p.variant), median_cpu_ms(p));
+  for (const StudyPoint& p : results.points) {
+    const std::string column = sampling_name(p.variant);
+    const double own = median_cpu_ms(p), whole = baseline[column];
+    const std::string share = own > 0 && whole > 0 ? " (" + decimals(own / whole, 2) + ")" : "";
+    set_cell(rows, rule_name(p.variant), column, two_digits(p.rms()) + share);
   }
   return rows;
 }

@@ -249,8 +249,12 @@ double rounding_rms(const Image& image) {
   return 8.0 * std::numeric_limits<float>::epsilon() * sum.rms();
 }
 
+Scene scene_in(const StudyResults& results) {
+  return scene_from_json(results.scene, "the study's scene");
+}
+
 std::string command_of(const StudyResults& results) {
-  return render_command_line(scene_from_json(results.scene, "the study's scene"), "picture.png");
+  return render_command_line(scene_in(results), "picture.png");
 }
 
 std::string results_json(const StudyResults& r) {
@@ -279,7 +283,7 @@ std::string results_json(const StudyResults& r) {
 }
 
 std::string results_csv(const StudyResults& results) {
-  const Scene base = scene_from_json(results.scene, "the study's scene");
+  const Scene base = scene_in(results);
   std::vector<Json> rows;
   for (const StudyPoint& point : results.points) rows.push_back(csv_row(point, base));
   for (const ForeignPoint& point : results.foreign) rows.push_back(csv_row(point));

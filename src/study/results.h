@@ -37,6 +37,8 @@ std::string sampling_name(const Variant& variant);
 /// Both names together; and both as a file name without extension.
 std::string variant_name(const Variant& variant);
 std::string file_name(const Variant& variant);
+/// The name with `_` in place of spaces.
+std::string file_name(std::string name);
 
 Variant variant_of(Method method, const glm::ivec2& resolution);
 
@@ -123,6 +125,7 @@ struct StudyPoint {
   std::uint64_t atlas_bytes = 0;
   double difference_scale = 0;  ///< radiance difference that has full colour in its picture
   std::vector<TimeSample> times;
+  double rms() const { return error.rms(); }
   bool operator==(const StudyPoint&) const = default;
 };
 
@@ -134,6 +137,7 @@ inline Spread spread(const StudyPoint& point, double TimeSample::*clock) {
 inline Spread wall_ms(const StudyPoint& point) { return spread(point, &TimeSample::wall_ms); }
 inline Spread gpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::gpu_ms); }
 inline Spread cpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::cpu_ms); }
+inline double median_cpu_ms(const StudyPoint& point) { return cpu_ms(point).median; }
 
 /// The measurement of another renderer's picture.
 struct ForeignPoint {
@@ -175,6 +179,7 @@ struct StudyResults {
   std::string name{};  ///< of its folder; not in the file
 };
 
+Scene scene_in(const StudyResults& results);
 /// The command that draws the study's scene by the default method.
 std::string command_of(const StudyResults& results);
 

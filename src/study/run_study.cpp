@@ -278,7 +278,7 @@ class StudyRun {
     for (std::size_t j = 0; j < points_.size(); ++j) {
       if (j == i || !points_[j] || !points_[j]->same_as.empty() ||
           !differ_in_rule(plan_.variants[j], point.variant) ||
-          std::abs(points_[j]->error.rms() - point.error.rms()) > rounding)  // triangle inequality
+          std::abs(points_[j]->rms() - point.rms()) > rounding)  // triangle inequality
         continue;
       const Image other =
           pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants[j])).image;

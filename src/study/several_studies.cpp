@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
@@ -47,9 +48,8 @@ std::vector<Variant> refinements_of(const std::vector<StudyResults>& studies) {
 /// it.
 std::vector<Need> needs_in(const StudyResults& study, const Variant& refinement,
                            const std::vector<double>& rms) {
-  std::vector<Need> own;
-  for (const Need& need : needs_of(study, rms))
-    if (need.variant == refinement) own.push_back(need);
+  std::vector<Need> own = needs_of(study, rms);
+  std::erase_if(own, [&](const Need& need) { return need.variant != refinement; });
   return own;
 }
 
@@ -150,24 +150,17 @@ struct FrameStatistics {
   std::vector<int> frames{};
   std::vector<StudyPoint> points{};  ///< of each frame
 
-  template <typename Number>
-  std::vector<double> all(Number number) const {
+  Spread spread(const auto& number) const {
     std::vector<double> values;
-    for (const StudyPoint& point : points) values.push_back(number(point));
-    return values;
+    for (const StudyPoint& point : points) values.push_back(std::invoke(number, point));
+    return spread_of(std::move(values));
   }
-  std::vector<double> rms() const {
-    return all([](const StudyPoint& p) { return p.error.rms(); });
-  }
-  Spread look_ups() const {
-    return spread_of(all([](const StudyPoint& p) { return p.samples_per_ray; }));
-  }
-  Spread cpu_ms() const {
-    return spread_of(all([](const StudyPoint& p) { return psivox::cpu_ms(p).median; }));
-  }
+  Spread rms() const { return spread(&StudyPoint::rms); }
+  Spread look_ups() const { return spread(&StudyPoint::samples_per_ray); }
+  Spread cpu_ms() const { return spread(median_cpu_ms); }
   int worst_frame() const {
-    const std::vector<double> errors = rms();
-    return frames[std::size_t(std::ranges::max_element(errors) - errors.begin())];
+    const auto worst = std::ranges::max_element(points, {}, &StudyPoint::rms);
+    return frames[std::size_t(worst - points.begin())];
   }
 };
 
@@ -182,7 +175,7 @@ SequenceStatistics statistics_of(const std::vector<StudiedFrame>& studied) {
   SequenceStatistics all{{}, {}, studied.size()};
   for (const auto& [frame, folder] : studied) {
     const StudyResults results = read_results(folder);
-    all.scene = scene_from_json(results.scene, "the study's scene");
+    all.scene = scene_in(results);
     for (const StudyPoint& point : results.points) {
       auto found = std::ranges::find(all.variants, point.variant, &FrameStatistics::variant);
       if (found == all.variants.end()) found = all.variants.insert(found, {point.variant});
@@ -203,7 +196,7 @@ std::string statistics_csv(const std::vector<FrameStatistics>& all) {
       row[name + "_max"] = spread.max;
     };
     row = {{"variant", variant_name(s.variant)}, {"frames", s.frames.size()}};
-    add("rms", spread_of(s.rms()));
+    add("rms", s.rms());
     row["worst_frame"] = s.worst_frame();
     add("samples_per_ray", s.look_ups());
     add("cpu_ms", s.cpu_ms());
@@ -215,7 +208,7 @@ TextTable statistics_table(const std::vector<FrameStatistics>& all) {
   TextTable rows = {{"rule, sampling", "RMS, median", "least", "greatest", "in frame",
                      "look-ups a ray, median", "greatest", "processor time, median [ms]"}};
   for (const FrameStatistics& s : all) {
-    const Spread rms = spread_of(s.rms()), samples = s.look_ups();
+    const Spread rms = s.rms(), samples = s.look_ups();
     rows.push_back({variant_name(s.variant), two_digits(rms.median), two_digits(rms.min),
                     two_digits(rms.max), std::to_string(s.worst_frame()),
                     decimals(samples.median, 1), decimals(samples.max, 1),
@@ -237,9 +230,8 @@ std::string conclusion_of(const SequenceStatistics& all) {
   for (const FrameStatistics& s : all.variants)
     if (std::ranges::equal(s.points, best->points, {}, same_as, same_as)) same.push_back(s.variant);
   return "For 8 bits in " + every + " use " + settings_text(all.scene, same) + ": RMS " +
-         two_digits(std::ranges::max(best->rms())) + " at most, " +
-         decimals(best->look_ups().median, 0) + " look-ups a ray." +
-         no_winner_note(all.scene, same.size() > 1);
+         two_digits(best->rms().max) + " at most, " + decimals(best->look_ups().median, 0) +
+         " look-ups a ray." + no_winner_note(all.scene, same.size() > 1);
 }
 
 }  // namespace

@@ -235,9 +235,7 @@ std::string StudyCost::forecast(const Variant& tried, const CostTrial& trial) {
 }
 
 std::string file_name(const ForeignPicture& picture) {
-  std::string name = "foreign_" + picture.name;
-  std::replace(name.begin(), name.end(), ' ', '_');
-  return name;
+  return file_name("foreign_" + picture.name);
 }
 
 ForeignPicture foreign_picture(std::string_view text) {
@@ -260,7 +258,7 @@ std::vector<ForeignPicture> read_foreign_pictures(const std::string& path) {
     for (const auto& item : list) {
       for (const auto& [key, value] : item.items())
         if (const std::vector<std::string> keys = {"name", "picture", "time_ms"};
-            std::ranges::find(keys, key) == keys.end())
+            !std::ranges::count(keys, key))
           throw Error(ExitCode::usage, "no key " + in_quotes(key) + suggestion(key, keys));
       const std::filesystem::path file = item.at("picture").get<std::string>();
       pictures.push_back({item.at("name").get<std::string>(),
@@ -289,7 +287,7 @@ void check_foreign(const StudyOptions& options, const Scene& scene) {
     std::string wanted;
     for (const glm::ivec2& size : sizes)
       wanted += formatted(wanted.empty() ? "%dx%d" : " or %dx%d", size.x, size.y);
-    if (std::ranges::find(sizes, glm::ivec2(image.width, image.height)) == sizes.end())
+    if (!std::ranges::count(sizes, glm::ivec2(image.width, image.height)))
       throw Error(ExitCode::input, in_quotes(foreign.file) +
                                        formatted(" has %dx%d", image.width, image.height) +
                                        " pixels; the study's pictures have " + wanted);

@@ -116,7 +116,7 @@ Plot plot_of(std::vector<const StudyPoint*> points, const std::string& title,
     for (const StudyPoint* point : curve) {
       const Spread at = x(*point);
       curves.back().points.push_back(
-          {at.median, point->error.rms(), variant_name(point->variant), at.lower, at.upper});
+          {at.median, point->rms(), variant_name(point->variant), at.lower, at.upper});
     }
   }
   Plot plot = plot_of_curves(curves);
@@ -131,7 +131,7 @@ void mark_front(Plot& plot, const std::vector<const StudyPoint*>& points, const 
   constexpr const char* text = "Pareto front";
   std::vector<PlotPoint> costs;
   for (const StudyPoint* point : points)
-    costs.push_back({x(*point).median, point->error.rms(), variant_name(point->variant)});
+    costs.push_back({x(*point).median, point->rms(), variant_name(point->variant)});
   plot.series.push_back(
       {pareto_front(costs, front_margin), red, Shape::ring, true, {text}, /*front=*/true});
   plot.legend.push_back({.text = text, .ink = red, .shape = Shape::ring, .radius = front_radius});

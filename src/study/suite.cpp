@@ -119,7 +119,7 @@ class SuiteRun {
                                  .floor = floor,
                                  .scatter = 0.35});
       result.orders.back().errors.emplace_back(
-          method.step > 0 ? method.step : 1.0 / method.segments, row.point.error.rms());
+          method.step > 0 ? method.step : 1.0 / method.segments, row.point.rms());
     }
   }
 
@@ -198,8 +198,8 @@ std::vector<std::string> SuiteResult::misses() const {
   const ExactBound bound = exact_bound(scene);
   for (const SuiteRow& row : rows)
     if (is_cell_rule(row.point.variant.method.integrator) &&
-        (row.point.error.rms() > bound.rms || row.max > bound.max))
-      miss("cell-exact has RMS " + two_digits(row.point.error.rms()) + " and largest error " +
+        (row.point.rms() > bound.rms || row.max > bound.max))
+      miss("cell-exact has RMS " + two_digits(row.point.rms()) + " and largest error " +
            two_digits(row.max) + ", bounds " + two_digits(bound.rms) + " and " +
            two_digits(bound.max));
   if (faults) miss(std::to_string(faults) + " values are not finite, or rays stood still");

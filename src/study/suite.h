@@ -159,7 +159,7 @@ struct SuiteRow {
   std::uint64_t rays = 0;
   double p999 = 0, max = 0;
   std::array<double, suite_bins> above{};  ///< fraction of the differences above 10^-1, 10^-2, ...
-  double psnr() const { return -20 * std::log10(point.error.rms()); }  ///< with a peak of 1
+  double psnr() const { return -20 * std::log10(point.rms()); }  ///< with a peak of 1
 };
 
 /// Bounds on cell-exact. RMS 2e-6 and, of one cell, 5e-5 are what docs/method.md promises. In a

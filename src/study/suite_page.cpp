@@ -60,7 +60,7 @@ TextTable rows_table(const std::vector<SuiteResult>& results, bool marschner_lob
     if (r.scene.name.starts_with("marschner") != marschner_lobb) continue;
     for (const SuiteRow& row : r.rows) {
       const StudyPoint& p = row.point;
-      table.push_back({r.scene.name, variant_name(p.variant), two_digits(p.error.rms()),
+      table.push_back({r.scene.name, variant_name(p.variant), two_digits(p.rms()),
                        two_digits(row.p999), two_digits(row.max), decimals(row.psnr(), 1),
                        decimals(p.samples_per_ray, 1), decimals(cpu_ms(p).median, 1)});
       for (const double above : row.above)
@@ -80,7 +80,7 @@ std::string suite_csv(const std::vector<SuiteResult>& results) {
                   {"sampling", sampling_name(refinement(p.variant))},
                   {"step", p.variant.method.step},
                   {"segments", p.variant.method.segments},
-                  {"rms", p.error.rms()},
+                  {"rms", p.rms()},
                   {"p999", row.p999},
                   {"max", row.max},
                   {"psnr", row.psnr()},

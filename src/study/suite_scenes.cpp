@@ -54,9 +54,7 @@ struct Maker {
   std::filesystem::path folder;
 
   Scene scene(double K, int side = 64, int full_side = 256) const {
-    Scene out = small_scene(full ? full_side : side);
-    out.extinction = K;
-    return out;
+    return small_scene(full ? full_side : side, K);
   }
 
   View view(Scene scene, const std::string& name, const TransferFunction& function,

@@ -71,22 +71,16 @@ Sweep::Sweep() {
   for (const IntegratorInfo& row : psivox::integrators) integrators.push_back(row.id);
 }
 
-const std::vector<std::string>& sweep_lists() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all;
-    for (const List& list : lists) all.emplace_back(list.name);
-    return all;
-  }();
+std::vector<std::string> sweep_lists() {
+  std::vector<std::string> names;
+  for (const List& list : lists) names.emplace_back(list.name);
   return names;
 }
 
-const std::vector<std::string>& swept_parameters() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> all{"renderer"};
-    for (const List& list : lists) all.emplace_back(list.parameter);
-    all.pop_back();  // without resolutions the scene's counts
-    return all;
-  }();
+std::vector<std::string> swept_parameters() {
+  std::vector<std::string> names{"renderer"};
+  for (const List& list : lists) names.emplace_back(list.parameter);
+  names.pop_back();  // without resolutions the scene's counts
   return names;
 }
 
@@ -182,9 +176,10 @@ std::string variant_name(const Variant& variant) {
   return rule_name(variant) + " " + sampling_name(variant);
 }
 
-std::string file_name(const Variant& variant) {
-  std::string name = variant_name(variant);
-  std::replace(name.begin(), name.end(), ' ', '_');
+std::string file_name(const Variant& variant) { return file_name(variant_name(variant)); }
+
+std::string file_name(std::string name) {
+  std::ranges::replace(name, ' ', '_');
   return name;
 }
 

@@ -35,68 +35,37 @@ constexpr double place_bound = 64 * 0x1p-24 * change_per_voxel;
 constexpr char place_reason[] = "rays placed to 64 * 2^-24 voxels, 1.5 of radiance a voxel";
 
 Scene oblique(std::optional<double> step) {
-  Scene scene = looking(small_scene(32), {95, 60, 70}, {20, 18, 19}, 60.0);
-  scene.extinction = 0.1;
+  Scene scene = looking(small_scene(32, 0.1), {95, 60, 70}, {20, 18, 19}, 60.0);
   scene.step = step;
   return scene;
 }
 
-struct Other {
-  Scene scene;
-  Field field;
-};
-
-/// Compares the balls' picture with pictures of other scenes.
-Measured same_as_balls(const Painter& painter,
-                       const std::function<Other(std::optional<double>)>& f) {
-  Measured found;
-  for (const std::optional<double> step : {std::optional<double>(), std::optional(0.9)}) {
-    const Image expected = painter.picture(view_of(oblique(step), balls(), Glow::density));
-    const Other other = f(step);
-    const Image image = painter.picture(view_of(other.scene, other.field, Glow::density));
-    // three axes, two pictures
-    found.add({picture_difference(expected, image), 3 * 2 * change_per_voxel});
-  }
-  return found;
+/// Compares the balls' picture with that of another field, as many times as large and moved.
+Case same_as_balls(const std::string& name, const std::function<Field()>& other, double scale = 1,
+                   const glm::dvec3& origin = {0, 0, 0}) {
+  return {name, place_reason, place_bound, [=](const Painter& painter) {
+            Measured found;
+            for (const std::optional<double> step : {std::optional<double>(), std::optional(0.9)}) {
+              Scene scene = oblique(step);
+              const Image expected = painter.picture(view_of(scene, balls(), Glow::density));
+              for (auto* p : {&scene.camera_position, &scene.camera_target})
+                *p = origin + scale * **p;
+              *scene.extinction /= scale;
+              *scene.ortho_width *= scale;
+              const Image image = painter.picture(view_of(scene, other(), Glow::density));
+              // three axes, two pictures
+              found.add({picture_difference(expected, image), 3 * 2 * change_per_voxel});
+            }
+            return found;
+          }};
 }
 
-Measured shifted(const Painter& painter) {
-  const glm::ivec3 shift(3, -5, 7);
-  return same_as_balls(painter, [&](std::optional<double> step) {
-    return Other{oblique(step), balls(shift, glm::translate(glm::dmat4(1), -glm::dvec3(shift)))};
-  });
-}
-
-Measured turned(const Painter& painter) {
-  // x' = -y, y' = x; the transform turns it back
+/// x' = -y, y' = x; the transform turns it back.
+Field turned_balls() {
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
-  return same_as_balls(painter, [&](std::optional<double> step) {
-    return Other{oblique(step),
-                 make_field(
-                     {{-35, 0, 0}, {0, 39, 37}},
-                     [](glm::ivec3 v) { return float(balls_at(glm::dvec3(v.y, -v.x, v.z))); },
-                     glm::inverse(turn))};
-  });
-}
-
-Measured moved_and_scaled(const Painter& painter) {
-  constexpr double scale = 1e4;
-  const glm::dmat4 m =
-      glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(1e6, -1e6, 1e6)), glm::dvec3(scale));
-  return same_as_balls(painter, [&](std::optional<double> step) {
-    Scene scene = oblique(step);
-    for (auto* p : {&scene.camera_position, &scene.camera_target})
-      *p = glm::dvec3(m * glm::dvec4(**p, 1));
-    *scene.extinction /= scale;
-    *scene.ortho_width *= scale;
-    return Other{scene, balls({0, 0, 0}, m)};
-  });
-}
-
-Measured tiles(const Painter& painter) {
-  return same_as_balls(painter, [&](std::optional<double> step) {
-    return Other{oblique(step), with_tiles(balls())};
-  });
+  return make_field(
+      {{-35, 0, 0}, {0, 39, 37}},
+      [](glm::ivec3 v) { return float(balls_at(glm::dvec3(v.y, -v.x, v.z))); }, glm::inverse(turn));
 }
 
 /// From the other end the same segments are composited, whose sums are rounded otherwise: 256 of
@@ -110,10 +79,9 @@ Measured back_to_front(const Painter& painter) {
       std::vector<TransferPoint>{{0.1, 0, {}}, {0.4, 1, {}}, {0.7, 0.2, {}}}, false);
   Measured found;
   for (int turn = 0; turn < 6; ++turn) {
-    Scene scene = looking(small_scene(32), {20, 18, 90}, {20, 18, 19});
+    Scene scene = looking(small_scene(32, 0.1), {20, 18, 90}, {20, 18, 19});
     scene.azimuth = 13 + 20 * turn;
     scene.elevation = 20;
-    scene.extinction = 0.1;
     View view = view_of(scene, field, Glow::density);
     view.medium.transfer = function;
     const Image front = painter.picture(view);
@@ -127,11 +95,18 @@ Measured back_to_front(const Painter& painter) {
 }  // namespace
 
 std::vector<Case> invariance_cases() {
+  const auto moved_balls = [](const glm::ivec3& at, const glm::dvec3& origin, double scale = 1) {
+    return [=] {
+      return balls(at, glm::scale(glm::translate(glm::dmat4(1), origin), glm::dvec3(scale)));
+    };
+  };
+  const glm::ivec3 shift(3, -5, 7);
+  const glm::dvec3 away(1e6, -1e6, 1e6);
   return {
-      {"shifted against the bricks", place_reason, place_bound, shifted},
-      {"quarter turn", place_reason, place_bound, turned},
-      {"balls 1e4 as large, 1e6 away", place_reason, place_bound, moved_and_scaled},
-      {"tiles as voxels", place_reason, place_bound, tiles},
+      same_as_balls("shifted against the bricks", moved_balls(shift, -glm::dvec3(shift))),
+      same_as_balls("quarter turn", turned_balls),
+      same_as_balls("balls 1e4 as large, 1e6 away", moved_balls({0, 0, 0}, away, 1e4), 1e4, away),
+      same_as_balls("tiles as voxels", [] { return with_tiles(balls()); }),
       {"back to front", "the same segments from either end: twice 16 roundings of 2^-24",
        order_bound, back_to_front},
   };

@@ -14,11 +14,11 @@
 namespace psivox {
 
 /// A square picture of a few pixels; rays never end early.
-inline Scene small_scene(int side = 48) {
+inline Scene small_scene(int side = 48, double extinction = 1) {
   Scene scene;
   scene.resolution = {side, side};
   scene.early_termination = 0;
-  scene.extinction = 1;
+  scene.extinction = extinction;
   return scene;
 }
 

@@ -25,9 +25,8 @@ Measured plate_opacity(const Painter& painter, const Plate& plate, double K, con
   const auto world = [&](const glm::dvec3& p) {
     return glm::dvec3(plate.world_from_index * glm::dvec4(glm::dvec3(plate.at) + p, 1));
   };
-  Scene scene = looking(small_scene(24), world(from), world(to));
+  Scene scene = looking(small_scene(24, K), world(from), world(to));
   scene.fov = fov;
-  scene.extinction = K;
   scene.luminance = {1, 2, 0.5};
   const View view = view_of(scene, plate.field());
   Measured found;
@@ -97,9 +96,7 @@ Measured tent(const Painter& painter) {
   // a change of 1 a voxel along each axis, over the diagonal of a cube of 2 voxels
   found.sensitivity = K * peak * 3 * std::sqrt(12.0);
   for (const glm::dvec3& from : {glm::dvec3(20, 0, 0), {-3, 1, 20}, {12, 9, 7}}) {
-    Scene scene = looking(small_scene(33), voxel + from, voxel, 3.0);
-    scene.extinction = K;
-    const View view = view_of(scene, field);
+    const View view = view_of(looking(small_scene(33, K), voxel + from, voxel, 3.0), field);
     const auto depth = [&](const WorldRay& ray) { return K * peak * tent_along(ray, at); };
     found.add({opacity_error(view, painter.picture(view), depth), 0});
   }
@@ -120,9 +117,7 @@ Measured gaussian(const Painter& painter) {
   for (int i = -radius; i <= radius; ++i) sum += g(i);
   const Field field = make_field({glm::ivec3(-radius), glm::ivec3(radius)},
                                  [&](glm::ivec3 v) { return float(g(v.x) * g(v.y) * g(v.z)); });
-  Scene scene = looking(small_scene(40), {-40, 0, 0}, {0, 0, 0}, 20.0);
-  scene.extinction = K;
-  const View view = view_of(scene, field);
+  const View view = view_of(looking(small_scene(40, K), {-40, 0, 0}, {0, 0, 0}, 20.0), field);
   const auto depth = [&](const WorldRay& ray) {
     return K * sum * linear(ray.origin.y) * linear(ray.origin.z);
   };

@@ -19,8 +19,7 @@ Measured furnace(const Painter& painter, std::optional<double> step, bool grid) 
   const auto luminance = grid ? share(ones_around_mixed()) : nullptr;
   Measured found;
   for (const glm::dvec3& from : {glm::dvec3(90, 60, 75), {12.3, 9.1, 10.7}}) {
-    Scene scene = looking(small_scene(24), from, {11, 12, 8});
-    scene.extinction = 0.15;
+    Scene scene = looking(small_scene(24, 0.15), from, {11, 12, 8});
     scene.step = step;
     const Image image = painter.picture(make_view(scene, density, luminance));
     Image alpha = image;
@@ -39,8 +38,7 @@ Measured linear_luminance(const Painter& painter) {
   const auto L = share(make_field({{0, -24, -24}, {66, 24, 24}}, [](glm::ivec3 v) {
     return std::max(0.0f, 0.25f * float(v.x - 2));
   }));
-  Scene scene = looking(small_scene(24), {-20, 2, 3}, {4, 0, 0});
-  scene.extinction = tau;
+  Scene scene = looking(small_scene(24, tau), {-20, 2, 3}, {4, 0, 0});
   scene.fov = 25;
   const View view = make_view(scene, density, L);
   const Image image = painter.picture(view);
@@ -70,8 +68,7 @@ Measured two_layers(const Painter& painter) {
   Measured found;
   for (const int first : {0, 1}) {
     const double side = first == 0 ? -1 : 1;
-    Scene scene = looking(small_scene(24), glm::dvec3(middle + side * 60, 3, 2), {middle, 0, 0});
-    scene.extinction = K;
+    Scene scene = looking(small_scene(24, K), glm::dvec3(middle + side * 60, 3, 2), {middle, 0, 0});
     scene.fov = 20;
     const View view = make_view(scene, density, luminance);
     for_pixels(view, painter.picture(view), [&](const WorldRay& ray, const float* rgba) {
@@ -85,18 +82,19 @@ Measured two_layers(const Painter& painter) {
   return found;
 }
 
-/// L = value on a ramp, seen along x. Every pixel is the rule's sum over its segments, computed by
-/// the printed formula.
-Measured printed_rule(const Painter& painter, std::optional<double> step,
-                      SegmentSum (*rule)(double, double)) {
+Scene along_x(double K) { return looking(small_scene(8, K), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0); }
+
+/// L = value on a ramp, seen along x. Every pixel is the rule's sum over segments of 1/parts of a
+/// voxel, computed by the printed formula.
+Measured printed_rule(const Painter& painter, Integrator id, std::optional<double> step, int parts,
+                      SegmentSum (*rule)(double, double), std::optional<Sampling> sampling = {}) {
   constexpr int count = 33;  // odd: the lattice lies on voxels
   constexpr double K = 0.6;
   const Plate ramp{profile(count, [](int x) { return 0.125 * std::min(x, 14); })};
-  Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.extinction = K;
-  scene.step = step;
+  Scene scene = with(along_x(K), id, step);
+  scene.sampling = sampling;
   const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
-  const double exact = rule_across(ramp, K, step ? int(1 / *step) : scene.segments, rule);
+  const double exact = rule_across(ramp, K, parts, rule);
   // sensitive once to a step of the ramp in L and twice to the depth, with L up to 1.75
   return {radiance_error(image, exact), 0.125 + 2 * 1.75 * K * ramp.variation()};
 }
@@ -111,8 +109,7 @@ struct Rise {
 Measured rising(const Painter& painter, const Rise& rise, int channel) {
   const Plate plate{
       profile(rise.width + 24, [&](int x) { return rise.slope * std::min(x + 1, rise.width); })};
-  Scene scene = looking(small_scene(16), {-20, 2, 3}, {4, 0, 0});
-  scene.extinction = rise.K;
+  Scene scene = looking(small_scene(16, rise.K), {-20, 2, 3}, {4, 0, 0});
   scene.fov = 25;
   scene.integrator = Integrator::psi_exact;
   const View view = view_of(scene, plate.field(), Glow::density);
@@ -160,9 +157,8 @@ Measured transfer_tent(const Painter& painter) {
   }
   Measured found;
   for (const double side : {-40.0, 40.0}) {
-    Scene scene = looking(small_scene(24), {12 + side, 3.3, 1.8}, {12, 0.3, -0.2});
+    Scene scene = looking(small_scene(24, K), {12 + side, 3.3, 1.8}, {12, 0.3, -0.2});
     scene.fov = 30;
-    scene.extinction = K;
     View view = view_of(scene, ramp.field());
     view.scene.split_knots = true;
     view.medium.transfer = std::make_shared<const TransferFunction>(
@@ -182,9 +178,8 @@ Measured transfer_tent(const Painter& painter) {
 Measured emitting_slab(const Painter& painter) {
   constexpr double scale = 0.05;
   const Plate slab{profile(12, [](int) { return 2; })};
-  Scene scene = looking(small_scene(24), {-40, 3, 2}, {6, 0, 0});
+  Scene scene = looking(small_scene(24, 0), {-40, 3, 2}, {6, 0, 0});
   scene.fov = 20;
-  scene.extinction = 0;
   View view = view_of(scene, slab.field());
   view.medium.emission = {{view.medium.density, scale}};
   Measured found;
@@ -202,8 +197,7 @@ Measured emitting_slab(const Painter& painter) {
 Measured lit_ramp(const Painter& painter) {
   constexpr double K = 0.12;
   const Plate ramp{profile(20, [](int x) { return 0.25 * std::min(x + 1, 8); })};
-  Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.extinction = K;
+  Scene scene = along_x(K);
   scene.lights = {{{1, 0, 0}, {1, 0.5, 2}}};
   const View view = view_of(scene, ramp.field());
   const Image image = painter.picture(view);
@@ -217,20 +211,6 @@ Measured lit_ramp(const Painter& painter) {
   // L changes by a voxel's K v, and the depth counts twice, times L below 1
   found.sensitivity = K * 2 + 2 * K * ramp.variation();
   return found;
-}
-
-/// A glowing ramp along x, drawn by a ray template. Samples lie on voxels, and the rule's printed
-/// sum runs over segments of one voxel.
-Measured template_ramp(const Painter& painter) {
-  constexpr double K = 0.6;
-  const Plate ramp{profile(33, [](int x) { return 0.125 * std::min(x, 14); })};
-  Scene scene = looking(small_scene(8), {-40, 0.4, 0.3}, {0, 0.4, 0.3}, 5.0);
-  scene.extinction = K;
-  scene.sampling = Sampling::template_;
-  scene.integrator = Integrator::psi_weighted;
-  const Image image = painter.picture(view_of(scene, ramp.field(), Glow::density));
-  const double exact = rule_across(ramp, K, 1, weighted_opacity);
-  return {radiance_error(image, exact), 0.125 + 2 * 1.75 * K * ramp.variation()};
 }
 
 }  // namespace
@@ -247,9 +227,13 @@ std::vector<Case> radiance_cases() {
       {"linear luminance, psi-weighted", sum_reason, sum_bound, linear_luminance},
       {"two layers", sum_reason, sum_bound, two_layers},
       {"ramp that glows, psi-weighted", sum_reason, sum_bound,
-       [](const Painter& p) { return printed_rule(p, {}, weighted_opacity); }},
+       [](const Painter& p) {
+         return printed_rule(p, Integrator::psi_weighted, {}, Scene{}.segments, weighted_opacity);
+       }},
       {"ramp that glows, psi-balanced", sum_reason, sum_bound,
-       [](const Painter& p) { return printed_rule(p, 0.5, balanced); }},
+       [](const Painter& p) {
+         return printed_rule(p, Integrator::psi_balanced, 0.5, 2, balanced);
+       }},
       rising_case("ramp that glows, psi-exact", {0.5, 0.125, 32}),
       rising_case("opaque end that glows, K 1e2", {1e2, 1, 1}),
       rising_case("opaque end that glows, K 1e6", {1e6, 1, 1}, false),
@@ -269,7 +253,10 @@ std::vector<Case> source_cases() {
       {"ramp lit from the front", "L <= 1 to 40 roundings, 64 segments' sums to 16",
        source_depth_bound + sum_bound, lit_ramp},
       {"ramp that glows, template", "40 segments' sums: 16 roundings of 2^-24", sum_bound,
-       template_ramp},
+       [](const Painter& p) {  // samples lie on voxels
+         return printed_rule(p, Integrator::psi_weighted, {}, 1, weighted_opacity,
+                             Sampling::template_);
+       }},
   };
 }
 
