@@ -32,13 +32,14 @@ bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& sam
     post([&] {
       wish_.reset();
       ++wishes_;  // ends the work on it
+      news_ = {};
     });
   if (at_hand || key == refused_key_ || key == awaited_key_) return at_hand;
   post([&] {
     wish_ = Wish{scene, samples, generation_, key};
     idle_wish_.reset();
     ++wishes_;
-    done_ = {};  // of a wish that this one replaces
+    news_ = {};  // of a wish that this one replaces
   });
   awaited_key_ = key;
   return false;
@@ -59,24 +60,20 @@ std::optional<WorkStage> CurrentVolume::progress() const {
 }
 
 CurrentVolume::News CurrentVolume::take_news() {
-  Done done;
+  News news;
   {
     const std::lock_guard lock(mutex_);
-    done = std::exchange(done_, {});
+    news = std::exchange(news_, {});
   }
-  News news;
-  if (done.box && !volume_) {
-    box_ = done.box;
-    news.box_known = true;
-  }
-  if (!awaited_key_ || !(done.volume || done.error)) return news;
+  if (news.subject && !volume_) first_subject_ = news.subject;
+  if (!news.volume && !news.error) return news;
   const std::string key = *std::exchange(awaited_key_, {});
-  box_.reset();
-  if (done.error)
+  first_subject_.reset();
+  if (news.error)
     refused_key_ = key;
   else
-    volume_ = std::move(done.volume);
-  return {.arrived = !done.error, .error = done.error};
+    volume_ = news.volume;
+  return news;
 }
 
 void CurrentVolume::run(const std::stop_token& stop) {
@@ -112,12 +109,12 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number)
             if (wishes_ != number) throw Superseded();
             if (wanted) progress_ = {stage, fraction};
           },
-          [&](const Subject& box) {
+          [&](const std::shared_ptr<const Subject>& subject) {
             if (!wanted) return;
             {
               const std::lock_guard lock(mutex_);
               if (wishes_ != number) throw Superseded();
-              done_.box = box;
+              news_.subject = subject;
             }
             on_news_();
           });
@@ -134,8 +131,8 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number)
   if (volume == prefetched_) prefetched_.reset();
   if (volume) last_ = volume;
   if (wishes_ != number || !(volume || error)) return;
-  done_.volume = volume;
-  done_.error = error;
+  news_.volume = volume;
+  news_.error = error;
 }
 
 }  // namespace psivox::view

@@ -227,7 +227,7 @@ void draw_help(Viewer& viewer) {
                           {0.5f, 0.5f});
   if (ImGui::Begin("Keys", &viewer.panels().help,
                    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
-    for (const KeyHelp& row : key_help) {
+    for (const Command& row : commands()) {
       ImGui::TextUnformatted(row.keys);
       ImGui::SameLine(float(170 * viewer.gui().scale()));
       ImGui::TextUnformatted(row.what);
@@ -237,8 +237,9 @@ void draw_help(Viewer& viewer) {
 }
 
 void draw_box(Viewer& viewer) {
-  if (!viewer.box() || viewer.volume()) return;
-  const glm::dvec3 &low = viewer.box()->box_min, &high = viewer.box()->box_max;
+  const Subject* subject = viewer.first_subject();
+  if (!subject) return;
+  const glm::dvec3 &low = subject->box_min, &high = subject->box_max;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const auto corner = [&](int i) {
     return glm::dvec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);

@@ -115,15 +115,15 @@ void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
 void Viewer::take_volume_news() {
   const bool first = !volume();
   const CurrentVolume::News news = volume_.take_news();
-  if (news.box_known) {
+  if (news.subject && volume_.first_subject()) {
     redraw(3);
     try {
-      if (camera_due_ && !navigation_.moved()) navigation_.reset(scene_, *volume_.box());
+      if (camera_due_ && !navigation_.moved()) navigation_.reset(scene_, *volume_.first_subject());
     } catch (const Error&) {  // loading the volume reports the same error
     }
   }
   if (news.error) return keep_old_volume(news.error);
-  if (!news.arrived) return;
+  if (!news.volume) return;
   redraw(3);
   try {
     take_volume(first);

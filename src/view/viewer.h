@@ -44,9 +44,6 @@ class Controls {
   bool flying() const { return speed_ != glm::dvec3(0); }
 
  private:
-  void look(Axis axis, const Event& event);
-  /// What a key does that is pressed.
-  void command(const Event& event);
   /// True if the key is one of flight and nothing else.
   bool steer(const Event& event);
   /// Whether this is the second click of two.
@@ -62,31 +59,15 @@ class Controls {
   Clock::time_point flown_{};
 };
 
-/// A row of the keyboard help, in the window and in docs/preview.md.
-struct KeyHelp {
+/// What a key does, or a drag: a row of the help in the window and in docs/preview.md.
+struct Command {
   const char* keys;
   const char* what;
+  std::vector<int> codes = {};  ///< GLFW's; none: Controls has it itself
+  std::function<void(Viewer&, const Event&)> act = {};
 };
 
-inline constexpr KeyHelp key_help[] = {
-    {"left drag", "orbit around the pivot"},
-    {"middle drag", "pan"},
-    {"wheel, right drag", "dolly towards the pivot"},
-    {"double click", "pivot on what is under the pointer"},
-    {"W A S D, E Q", "fly forward, left, back, right, up, down"},
-    {"F", "frame all"},
-    {"1 3 7", "view from the front, the right, above; with Shift or Ctrl from the other side"},
-    {"O", "orthographic or perspective"},
-    {"T", "transfer function"},
-    {"X", "one picture, two with a divider, signed difference"},
-    {"Space", "play or pause a sequence"},
-    {"Left, Right", "frame before, frame after"},
-    {"R", "read file and shaders again"},
-    {"Ctrl+S", "save the picture"},
-    {"Ctrl+C", "copy as command line"},
-    {"Tab", "panel"},
-    {"? or H", "this help"},
-};
+const std::vector<Command>& commands();
 
 /// The preview: a window, what it shows, and the threads that make it.
 class Viewer {
@@ -148,7 +129,7 @@ class Viewer {
   double exposure() const { return scene_.exposure.value_or(auto_exposure_); }
   const Volume* volume() const { return volume_.get().get(); }
   bool loading() const { return volume_.loading(); }
-  const std::optional<Subject>& box() const { return volume_.box(); }
+  const Subject* first_subject() const { return volume_.first_subject().get(); }
   std::optional<WorkStage> loading_stage() const { return volume_.progress(); }
   std::optional<WorkStage> drawing_stage() const { return maker_.progress(); }
   bool saving() const { return saving_.valid(); }
