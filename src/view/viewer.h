@@ -110,23 +110,23 @@ class Viewer {
   Window& window() { return window_; }
   const Gui& gui() const { return gui_; }
   Navigation& navigation() { return navigation_; }
-  Sequence& sequence() { return sequence_; }
-  const Sequence& sequence() const { return sequence_; }
+  Sequence& sequence() { return now_.sequence; }
+  const Sequence& sequence() const { return now_.sequence; }
   Panels& panels() { return panels_; }
   DisplaySettings& display() { return settings_; }
-  const LookChoice& look() const { return look_; }
+  const LookChoice& look() const { return now_.look; }
   const TransferEditor& transfer_editor() const { return editor_; }
   const Messages& messages() const { return messages_; }
   const PictureState& pictures() const { return pictures_; }
 
   /// The scene to show, in the window's resolution.
   Scene scene() const;
-  const std::string& input() const { return scene_.input; }
+  const std::string& input() const { return now_.scene.input; }
   /// The right side of a comparison; its method counts.
   const std::optional<Scene>& other() const { return other_; }
   ShownLayer layer() const { return layer_; }
   /// The window's exposure [powers of 2]: the scene's, or what `auto` chose for the last preview.
-  double exposure() const { return scene_.exposure.value_or(auto_exposure_); }
+  double exposure() const { return now_.scene.exposure.value_or(auto_exposure_); }
   const Volume* volume() const { return volume_.get().get(); }
   bool loading() const { return volume_.loading(); }
   const Subject* first_subject() const { return volume_.first_subject().get(); }
@@ -142,6 +142,14 @@ class Viewer {
  private:
   using Clock = std::chrono::steady_clock;
 
+  /// The files that were opened, and how they are shown.
+  struct Opened {
+    Scene scene;  ///< navigation_ has its camera once that was moved
+    LookChoice look;
+    Sequence sequence;
+    std::vector<std::string> inputs;
+  };
+
   void handle(const Event& event);
   /// Draws at least so many of the next frames.
   void redraw(int frames);
@@ -156,8 +164,6 @@ class Viewer {
   void keep_old_volume(const std::exception_ptr& refusal);
   void take_pictures();
   void take_saved();
-  /// Remembers what the window shows, to return to it if the next volume is refused.
-  void keep_fallback();
   void follow_sequence();
   void update_wishes();
   /// Has the last wish refined once nothing has changed for a moment.
@@ -177,29 +183,19 @@ class Viewer {
   Panels panels_;
   Messages messages_;
   FileWatch watch_;
-  std::vector<std::string> inputs_;  ///< that were opened
-  Sequence sequence_;
   DisplaySettings settings_;
 
-  LookChoice look_;
-  Scene scene_;                 ///< to show; navigation_ has its camera once that was moved
-  std::optional<Scene> other_;  ///< of a comparison
+  Opened now_;
+  std::optional<Opened> fallback_;  ///< before the file or look in preparation was asked for
+  std::optional<Scene> other_;      ///< of a comparison
   ShownLayer layer_ = ShownLayer::picture;
   double auto_exposure_ = 0;
   PictureState pictures_;
-  std::string posted_;        ///< text of the last wish
-  double quiet_s_ = 0;        ///< waited for events since that wish
-  std::uint64_t rested_ = 0;  ///< the last wish that may be refined
-  bool at_hand_ = false;      ///< the volume is the scene's
-  bool camera_due_ = true;    ///< the next volume brings its own camera
-  /// What the window showed before the file or look in preparation was asked for.
-  struct Fallback {
-    Scene scene;
-    LookChoice look;
-    Sequence sequence;
-    std::vector<std::string> inputs;
-  };
-  std::optional<Fallback> fallback_;
+  std::string posted_;              ///< text of the last wish
+  double quiet_s_ = 0;              ///< waited for events since that wish
+  std::uint64_t rested_ = 0;        ///< the last wish that may be refined
+  bool at_hand_ = false;            ///< the volume is the scene's
+  bool camera_due_ = true;          ///< the next volume brings its own camera
   std::exception_ptr first_error_;  ///< after which the window would never show anything
   std::string photograph_;          ///< file for the next frame; empty: none
   std::string saved_path_;
