@@ -233,29 +233,33 @@ void PictureMaker::refine(const PictureWish& wish) {
     news_.parts.clear();
     news_.state.estimated_rms.reset();
   }
-  if (wish.layer == ShownLayer::picture)
-    for (std::size_t side = 0; side < wish.scenes.size(); ++side) refine_side(wish, side);
-  else
-    refine_layers(wish);
+  std::vector<Image> images;
+  for (std::size_t side = 0; side < wish.scenes.size(); ++side)
+    images.push_back(refine_side(wish, side));
+  const glm::dvec2 range = show_layer(wish.layer, images);
+  for (std::size_t side = 0; side < images.size() && wish.layer != ShownLayer::picture; ++side)
+    add_part(wish, side, whole(images[side]));
   tell([&](PictureNews& news) {
     if (options_.count_objects) news.state.objects = gl::count_objects();
     news.state.refined = wish.number;
+    news.state.layer_range = range;
     news.state.refine_ms = refining.ms();
   });
 }
 
 void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile) {
   const glm::ivec2 size = wish.scenes[side].resolution;
-  ExactPart part{wish.number, side, size, {tile.x, tile.y}, {tile.width, tile.height}, {}};
-  part.rgba.reserve(std::size_t(tile.width) * std::size_t(tile.height) * 4);
+  std::vector<float> values;
+  values.reserve(std::size_t(tile.width) * std::size_t(tile.height) * 4);
   for (int y = tile.y; y < tile.y + tile.height; ++y) {
     const float* row =
         tile.picture + 4 * (std::size_t(y) * std::size_t(size.x) + std::size_t(tile.x));
-    part.rgba.insert(part.rgba.end(), row, row + 4 * std::size_t(tile.width));
+    values.insert(values.end(), row, row + 4 * std::size_t(tile.width));
   }
+  Image image{tile.width, tile.height, {{"", {"R", "G", "B", "A"}, std::move(values)}}, {}};
   const std::lock_guard lock(mutex_);
   if (!news_.parts.empty() && news_.parts.front().number != wish.number) news_.parts.clear();
-  news_.parts.push_back(std::move(part));
+  news_.parts.push_back({wish.number, side, size, {tile.x, tile.y}, std::move(image)});
   news_.state.begun = wish.number;
 }
 
@@ -277,32 +281,19 @@ Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
   return exact;
 }
 
-void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
+Image PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   Wish exact = exact_wish(wish, side);
-  const Scene& scene = wish.scenes[side];
-  if (scene.renderer == RendererKind::gl && !scene.shows(Shows::plane)) {
-    exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
-    draw(wish, side, exact);
-  } else {
-    add_part(wish, side, whole(draw(wish, side, exact).image));
-  }
-}
-
-void PictureMaker::refine_layers(const PictureWish& wish) {
-  std::vector<Image> images;
-  for (std::size_t side = 0; side < wish.scenes.size(); ++side) {
-    Wish exact = exact_wish(wish, side);
-    ask_for(wish.layer, exact);
-    // of the reference's layers there is `error` alone
-    if (exact.scene->renderer == RendererKind::reference && !exact.layers.error)
-      exact.scene->renderer = RendererKind::gl;
-    images.push_back(draw(wish, side, exact).image);
-  }
-  const glm::dvec2 range = show_layer(wish.layer, images);
-  for (std::size_t side = 0; side < images.size(); ++side)
-    add_part(wish, side, whole(images[side]));
-  const std::lock_guard lock(mutex_);
-  news_.state.layer_range = range;
+  ask_for(wish.layer, exact);
+  Scene& scene = *exact.scene;
+  const bool picture = wish.layer == ShownLayer::picture;
+  // of the reference's layers there is `error` alone
+  if (scene.renderer == RendererKind::reference && !picture && !exact.layers.error)
+    scene.renderer = RendererKind::gl;
+  const bool in_tiles = picture && scene.renderer == RendererKind::gl && !scene.shows(Shows::plane);
+  if (in_tiles) exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
+  Image image = draw(wish, side, exact).image;
+  if (picture && !in_tiles) add_part(wish, side, whole(image));
+  return image;
 }
 
 Drawn PictureMaker::draw(const PictureWish& wish, std::size_t side, const Wish& exact) {

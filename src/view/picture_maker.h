@@ -106,8 +106,8 @@ struct ExactPart {
   std::uint64_t number = 0;
   std::size_t side = 0;
   glm::ivec2 picture_size{0};
-  glm::ivec2 origin{0}, size{0};
-  std::vector<float> rgba;
+  glm::ivec2 origin{0};  ///< of `image` in the picture
+  Image image;
 };
 
 /// Progress of the pictures that the window asked for. Its wishes are numbered from 1.
@@ -178,8 +178,9 @@ class PictureMaker {
   void tell(const std::function<void(PictureNews&)>& change);
 
   void refine(const PictureWish& wish);
-  void refine_side(const PictureWish& wish, std::size_t side);
-  void refine_layers(const PictureWish& wish);
+  /// Draws one side. The parts of a picture go to the window; the colours of a layer depend on
+  /// both.
+  Image refine_side(const PictureWish& wish, std::size_t side);
   /// The wish to the session for one side of a comparison. The window shows its progress.
   Wish exact_wish(const PictureWish& wish, std::size_t side);
   Drawn draw(const PictureWish& wish, std::size_t side, const Wish& exact);

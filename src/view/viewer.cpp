@@ -127,11 +127,11 @@ void Viewer::take_volume_news() {
 }
 
 void Viewer::take_pictures() {
-  const PictureNews news = maker_.news();
-  for (const PreviewPicture& picture : news.previews) {
-    display_.set_preview(picture);
+  PictureNews news = maker_.news();
+  for (PreviewPicture& picture : news.previews) {
     if (!now_.scene.exposure && picture.side == 0)
       auto_exposure_ = psivox::auto_exposure(picture.image, now_.scene.tone_map);
+    display_.set_preview(std::move(picture));
     redraw(1);
   }
   for (const ExactPart& part : news.parts)

@@ -96,10 +96,7 @@ void Viewer::show(ShownLayer layer) {
 
 void Viewer::reload() {
   volume_.reload();
-  attempt([&] {
-    display_.reload_shader();
-    maker_.reload_shaders();
-  });
+  maker_.reload_shaders();
   redraw(3);
 }
 
