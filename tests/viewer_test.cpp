@@ -176,10 +176,8 @@ TEST(Viewer, ASlowScreenIsNotTakenForRest) {
 TEST(Viewer, TheBenchmarkOrdersItsTimes) {
   Hands hands(small(asset("blobs.vdb")));  // the panel covers the place of the drag
   const OrbitTimes times = benchmark_orbit(hands.viewer, 30);
-  EXPECT_GT(times.p50_ms, 0);
-  EXPECT_LE(times.p50_ms, times.p90_ms);
-  EXPECT_LE(times.p90_ms, times.p99_ms);
-  EXPECT_LE(times.p99_ms, times.longest_ms);
+  EXPECT_EQ(times.intervals_ms.size(), 30u);
+  EXPECT_GT(std::ranges::min(times.intervals_ms), 0);
   EXPECT_GT(times.first_part_ms, 0);
   EXPECT_LE(times.first_part_ms, times.first_exact_ms);
 }

@@ -47,11 +47,11 @@ void compare_otherwise(Viewer& viewer, const Event&) {
 
 void save_picture(Viewer& viewer, const Event& event) {
   if (!with_control(event)) return;
-  viewer.attempt([&] { viewer.save_picture(viewer.panels().picture_path); });
+  viewer.messages().attempt([&] { viewer.save_picture(viewer.panels().picture_path); });
 }
 
 void copy_command_line(Viewer& viewer, const Event& event) {
-  if (with_control(event)) viewer.attempt([&] { viewer.copy_command_line(); });
+  if (with_control(event)) viewer.messages().attempt([&] { viewer.copy_command_line(); });
 }
 
 template <bool Panels::*panel>

@@ -8,21 +8,12 @@ struct Superseded {};
 
 }  // namespace
 
-CurrentVolume::CurrentVolume(std::function<void()> on_news)
-    : on_news_(std::move(on_news)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
-
-CurrentVolume::~CurrentVolume() {
-  thread_.request_stop();
-  post([&] { ++wishes_; });
-  thread_.join();
+CurrentVolume::CurrentVolume(std::function<void()> on_news) : Worker(std::move(on_news)) {
+  start([this](const std::stop_token& stop) { run(stop); });
 }
 
-void CurrentVolume::post(const std::function<void()>& change) {
-  {
-    const std::lock_guard lock(mutex_);
-    change();
-  }
-  changed_.notify_all();
+CurrentVolume::~CurrentVolume() {
+  stop([&] { ++wishes_; });
 }
 
 bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& samples) {
@@ -36,9 +27,8 @@ bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& sam
     });
   if (at_hand || key == refused_key_ || key == awaited_key_) return at_hand;
   post([&] {
-    wish_ = Wish{scene, samples, generation_, key};
+    wish_ = Wish{scene, samples, generation_, key, true, ++wishes_};
     idle_wish_.reset();
-    ++wishes_;
     news_ = {};  // of a wish that this one replaces
   });
   awaited_key_ = key;
@@ -46,17 +36,13 @@ bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& sam
 }
 
 void CurrentVolume::prefetch(const Scene& scene, const std::vector<std::string>& samples) {
-  post([&] { idle_wish_ = Wish{scene, samples, generation_, volume_key(scene, generation_)}; });
+  const std::string key = volume_key(scene, generation_);
+  post([&] { idle_wish_ = Wish{scene, samples, generation_, key, false, wishes_}; });
 }
 
 void CurrentVolume::reload() {
   ++generation_;
   retry();
-}
-
-std::optional<WorkStage> CurrentVolume::progress() const {
-  const std::lock_guard lock(mutex_);
-  return progress_;
 }
 
 CurrentVolume::News CurrentVolume::take_news() {
@@ -79,24 +65,21 @@ CurrentVolume::News CurrentVolume::take_news() {
 void CurrentVolume::run(const std::stop_token& stop) {
   while (true) {
     Wish wish;
-    bool wanted = true;
-    std::uint64_t number = 0;
     {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, stop, [&] { return wish_ || idle_wish_; });
       if (stop.stop_requested()) return;  // even if there is a wish
-      wanted = wish_.has_value();
-      std::optional<Wish>& next = wanted ? wish_ : idle_wish_;
-      wish = std::move(*next);
-      next.reset();
-      number = wishes_;
+      wish = *std::exchange(wish_ ? wish_ : idle_wish_, {});
     }
-    prepare(wish, wanted, number);
+    prepare(wish);
     on_news_();
   }
 }
 
-void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number) {
+void CurrentVolume::prepare(const Wish& wish) {
+  const auto check_current = [&] {
+    if (wishes_ != wish.number) throw Superseded();
+  };
   std::shared_ptr<Volume> volume =
       prefetched_ && prefetched_->key == wish.key ? prefetched_ : nullptr;
   std::exception_ptr error;
@@ -106,17 +89,15 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number)
           wish.scene, wish.samples, wish.generation, last_,
           [&](const std::string& stage, double fraction) {
             const std::lock_guard lock(mutex_);
-            if (wishes_ != number) throw Superseded();
-            if (wanted) progress_ = {stage, fraction};
+            check_current();
+            if (wish.wanted) progress_ = {stage, fraction};
           },
           [&](const std::shared_ptr<const Subject>& subject) {
-            if (!wanted) return;
-            {
-              const std::lock_guard lock(mutex_);
-              if (wishes_ != number) throw Superseded();
+            if (!wish.wanted) return;
+            tell([&] {
+              check_current();
               news_.subject = subject;
-            }
-            on_news_();
+            });
           });
   } catch (const Superseded&) {
   } catch (...) {
@@ -124,13 +105,13 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number)
   }
   const std::lock_guard lock(mutex_);
   progress_.reset();
-  if (!wanted) {
+  if (!wish.wanted) {
     if (volume) prefetched_ = volume;
     return;
   }
   if (volume == prefetched_) prefetched_.reset();
   if (volume) last_ = volume;
-  if (wishes_ != number || !(volume || error)) return;
+  if (wishes_ != wish.number) return;
   news_.volume = volume;
   news_.error = error;
 }

@@ -68,12 +68,15 @@ void Navigation::orbit(const glm::dvec2& pixels) {
   turn(right_, wanted - elevation);
 }
 
+void Navigation::shift(const glm::dvec3& by) {
+  position_ += by;
+  pivot_ += by;
+  moved_ = true;
+}
+
 void Navigation::pan(const glm::dvec2& pixels) {
   const double per_pixel = 2 * half_width_at_pivot() / std::max(viewport_.x, 1);
-  const glm::dvec3 shift = per_pixel * (pixels.y * up_ - pixels.x * right_);
-  position_ += shift;
-  pivot_ += shift;
-  moved_ = true;
+  shift(per_pixel * (pixels.y * up_ - pixels.x * right_));
 }
 
 void Navigation::dolly(double notches) {
@@ -87,10 +90,7 @@ void Navigation::dolly(double notches) {
 
 void Navigation::fly(const glm::dvec3& speed, double seconds) {
   const double scale = 0.5 * size() * seconds;
-  const glm::dvec3 shift = scale * (speed.x * right_ + speed.y * up_ + speed.z * forward_);
-  position_ += shift;
-  pivot_ += shift;
-  moved_ = true;
+  shift(scale * (speed.x * right_ + speed.y * up_ + speed.z * forward_));
 }
 
 void Navigation::frame_all() {

@@ -30,7 +30,7 @@ std::string work_text(const WorkStage& stage, const std::string& of = "") {
 
 ParameterChoices choices_of(Viewer& viewer) {
   ParameterChoices choices;
-  choices.refuse = [&viewer](const std::string& why) { viewer.error(why); };
+  choices.refuse = [&viewer](const std::string& why) { viewer.messages().error(why); };
   if (const Volume* volume = viewer.volume()) {
     choices.grids = volume->grids;
     choices.extinction = volume->extinction;
@@ -73,12 +73,14 @@ void draw_output_section(Viewer& viewer) {
   ImGui::InputText("##picture", &panels.picture_path);
   ImGui::SameLine();
   if (ImGui::Button(viewer.saving() ? "saving" : "picture"))
-    viewer.attempt([&] { viewer.save_picture(panels.picture_path); });
+    viewer.messages().attempt([&] { viewer.save_picture(panels.picture_path); });
   ImGui::InputText("##scene", &panels.scene_path);
   ImGui::SameLine();
-  if (ImGui::Button("scene")) viewer.attempt([&] { viewer.save_scene(panels.scene_path); });
+  if (ImGui::Button("scene"))
+    viewer.messages().attempt([&] { viewer.save_scene(panels.scene_path); });
   ImGui::InputTextWithHint("size", "the window's", &panels.picture_size);
-  if (ImGui::Button("copy as command line")) viewer.attempt([&] { viewer.copy_command_line(); });
+  if (ImGui::Button("copy as command line"))
+    viewer.messages().attempt([&] { viewer.copy_command_line(); });
 }
 
 /// The parameters in which the right side of a comparison may differ.
@@ -161,7 +163,7 @@ void draw_transfer_panel(Viewer& viewer) {
   const float right = ImGui::GetIO().DisplaySize.x - float(410 * s);
   ImGui::SetNextWindowPos({right, 10}, placing(viewer));
   ImGui::SetNextWindowSize(scaled(400, 345, s), placing(viewer));
-  viewer.attempt([&] { viewer.edit_transfer_function(); });
+  viewer.messages().attempt([&] { viewer.edit_transfer_function(); });
 }
 
 /// The state of the picture, or the work that it waits for.

@@ -19,25 +19,15 @@ DoneTile whole(const Image& image) {
 }  // namespace
 
 PictureMaker::PictureMaker(const ViewerOptions& options, int device, std::function<void()> on_news)
-    : options_(options),
+    : Worker(std::move(on_news)),
+      options_(options),
       context_{device, options.debug},
-      on_news_(std::move(on_news)),
-      pace_(options.frame_budget_ms),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
-
-PictureMaker::~PictureMaker() {
-  thread_.request_stop();
-  ++newest_;
-  changed_.notify_all();
-  thread_.join();
+      pace_(options.frame_budget_ms) {
+  start([this](const std::stop_token& stop) { run(stop); });
 }
 
-void PictureMaker::post(const std::function<void()>& change) {
-  {
-    const std::lock_guard lock(mutex_);
-    change();
-  }
-  changed_.notify_all();
+PictureMaker::~PictureMaker() {
+  stop([&] { ++newest_; });
 }
 
 void PictureMaker::wish(PictureWish wish) {
@@ -70,23 +60,10 @@ PictureNews PictureMaker::news() {
   return news;
 }
 
-std::optional<WorkStage> PictureMaker::progress() const {
-  const std::lock_guard lock(mutex_);
-  return progress_;
-}
-
 void PictureMaker::stage(const std::string& name, double fraction) {
   const std::lock_guard lock(mutex_);
   progress_.reset();
   if (!name.empty()) progress_ = {name, fraction};
-}
-
-void PictureMaker::tell(const std::function<void(PictureNews&)>& change) {
-  {
-    const std::lock_guard lock(mutex_);
-    change(news_);
-  }
-  on_news_();
 }
 
 void PictureMaker::check_current(std::uint64_t number) const {
@@ -122,7 +99,7 @@ void PictureMaker::serve(const std::stop_token& stop) {
       const std::lock_guard lock(mutex_);
       if (!wish_ && newest_ == current.number) wish_ = current;  // it was only interrupted
     } catch (const std::exception& error) {
-      tell([&](PictureNews& news) { news.errors.emplace_back(error.what()); });
+      tell([&] { news_.errors.emplace_back(error.what()); });
     }
     stage("", 0);
   }
@@ -192,14 +169,14 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
     images.push_back(std::move(drawn.image));
   }
   const glm::dvec2 range = show_layer(wish.layer, images);
-  tell([&](PictureNews& news) {
-    news.previews.clear();
+  tell([&] {
+    news_.previews.clear();
     for (std::size_t side = 0; side < images.size(); ++side)
-      news.previews.push_back({wish.number, side, std::move(images[side])});
-    news.state.shown = wish.number;
-    news.state.rung = rung;
-    news.state.preview_ms = sum_ms;
-    news.state.layer_range = range;
+      news_.previews.push_back({wish.number, side, std::move(images[side])});
+    news_.state.shown = wish.number;
+    news_.state.rung = rung;
+    news_.state.preview_ms = sum_ms;
+    news_.state.layer_range = range;
   });
   pace_.took(rung, sum_ms);
 }
@@ -207,7 +184,7 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
 void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {
   if (wish.volume != shown_) return;  // its light may be missing
   if (const auto point = wish.volume->session->pick(wish.scenes.front(), pixel))
-    tell([&](PictureNews& news) { news.picked = point; });
+    tell([&] { news_.picked = point; });
 }
 
 void PictureMaker::renew_renderer() {
@@ -239,11 +216,11 @@ void PictureMaker::refine(const PictureWish& wish) {
   const glm::dvec2 range = show_layer(wish.layer, images);
   for (std::size_t side = 0; side < images.size() && wish.layer != ShownLayer::picture; ++side)
     add_part(wish, side, whole(images[side]));
-  tell([&](PictureNews& news) {
-    if (options_.count_objects) news.state.objects = gl::count_objects();
-    news.state.refined = wish.number;
-    news.state.layer_range = range;
-    news.state.refine_ms = refining.ms();
+  tell([&] {
+    if (options_.count_objects) news_.state.objects = gl::count_objects();
+    news_.state.refined = wish.number;
+    news_.state.layer_range = range;
+    news_.state.refine_ms = refining.ms();
   });
 }
 

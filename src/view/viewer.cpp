@@ -91,7 +91,7 @@ void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
     first_error_ = refusal;
     return;
   }
-  error(message_of(refusal));
+  messages_.error(message_of(refusal));
   if (fallback_) {
     now_ = *std::exchange(fallback_, {});
   } else if (!now_.sequence.empty() && now_.scene.input != volume()->scene.input) {
@@ -142,12 +142,12 @@ void Viewer::take_pictures() {
   pictures_.wished = wished;
   if (news.picked) navigation_.set_pivot(*news.picked);
   if (news.fatal && !pictures_.shown) first_error_ = news.fatal;
-  for (const std::string& message : news.errors) error(message);
+  for (const std::string& message : news.errors) messages_.error(message);
 }
 
 void Viewer::take_saved() {
   if (!saving() || saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  attempt([&] {
+  messages_.attempt([&] {
     saving_.get();
     messages_.say("saved " + saved_path_);
   });
@@ -180,7 +180,7 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
   try {
     for (const Scene& scene : scenes) validate(scene);
   } catch (const Error& e) {
-    if (at_hand) error(e.what());
+    if (at_hand) messages_.error(e.what());
     return;
   }
   quiet_s_ = 0;
@@ -257,7 +257,7 @@ void Viewer::draw(double seconds) {
   draw_panels(*this);
   gui_.end_frame();
   if (options_.debug)
-    for (const std::string& problem : window_.problems()) error("OpenGL: " + problem);
+    for (const std::string& problem : window_.problems()) messages_.error("OpenGL: " + problem);
   if (!photograph_.empty()) write_image(window_.grab(), std::exchange(photograph_, {}));
   window_.swap();
 }

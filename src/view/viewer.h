@@ -102,9 +102,6 @@ class Viewer {
   void edit_transfer_function();
   /// Writes what the window shows to a .png.
   void photograph(const std::string& path);
-  void error(const std::string& message) { messages_.error(message); }
-  /// What `action` throws becomes an error that the window shows.
-  void attempt(const std::function<void()>& action) { messages_.attempt(action); }
 
   ViewerOptions& options() { return options_; }
   Window& window() { return window_; }
@@ -116,6 +113,7 @@ class Viewer {
   DisplaySettings& display() { return settings_; }
   const LookChoice& look() const { return now_.look; }
   const TransferEditor& transfer_editor() const { return editor_; }
+  Messages& messages() { return messages_; }
   const Messages& messages() const { return messages_; }
   const PictureState& pictures() const { return pictures_; }
 

@@ -1,6 +1,7 @@
 // The commands of keys, panels and drops.
 
 #include <algorithm>
+#include <set>
 
 #include "app/command_text.h"
 #include "base/text_file.h"
@@ -20,22 +21,17 @@ bool same_camera(const Scene& a, const Scene& b) {
 
 /// The scene without names of grids, values and places, which belong to its file.
 Scene for_another_file(Scene scene) {
-  scene.grid.clear();
+  static const std::set<std::string> of_file{
+      "grid", "camera-position", "camera-target", "ortho-width", "extinction", "range", "isovalue"};
   for (const Parameter& p : parameters())
-    if (names_side_grid(p)) set_default(scene, p);
-  for (std::optional<glm::dvec3> Scene::*place : {&Scene::camera_position, &Scene::camera_target})
-    (scene.*place).reset();
-  scene.ortho_width.reset();
-  scene.extinction.reset();
-  scene.range.reset();
-  scene.isovalue.reset();
+    if (names_side_grid(p) || of_file.contains(p.name)) set_default(scene, p);
   return scene;
 }
 
 }  // namespace
 
 void Viewer::open(const std::vector<std::string>& inputs) {
-  attempt([&] {
+  messages_.attempt([&] {
     Sequence sequence = Sequence::of(inputs);
     if (!fallback_) fallback_ = now_;
     sequence.rate = now_.sequence.rate;
@@ -63,7 +59,7 @@ void Viewer::set_scene(const Scene& scene) {
     navigation_.reset(this->scene(), *volume()->subject);
   } catch (const Error& e) {
     now_.scene = before;
-    error(e.what());
+    messages_.error(e.what());
   }
 }
 

@@ -1,15 +1,12 @@
 #pragma once
 
 #include <array>
-#include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -17,6 +14,7 @@
 #include "psivox/open.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
+#include "view/worker.h"
 
 namespace psivox::view {
 
@@ -54,9 +52,6 @@ struct Volume {
 /// files. Scenes of one key differ in camera, march and picture only.
 std::string volume_key(const Scene& scene, int generation);
 
-/// A stage of work, and how much of it is done; 0: not known.
-using WorkStage = std::pair<std::string, double>;
-
 /// How far preparing is: what is being done, and how much of that is; 0: not known.
 using StageProgress = std::function<void(const std::string& stage, double fraction)>;
 
@@ -82,7 +77,7 @@ Scene with_medium_of(const Volume& volume, const Scene& scene);
 
 /// The volume that the window shows, and the thread that prepares the next one. A newer wish
 /// replaces an older one. A volume that cannot be loaded leaves the old one.
-class CurrentVolume {
+class CurrentVolume : public Worker {
  public:
   /// What the thread has done for the newest wish since it was last asked.
   struct News {
@@ -110,8 +105,6 @@ class CurrentVolume {
   void refuse() { refused_key_ = volume_->key; }
 
   bool loading() const { return awaited_key_.has_value(); }
-  /// Stage of the loading, and how much of it is done, see StageProgress; nullopt: there is none.
-  std::optional<WorkStage> progress() const;
   /// What the first volume shows, while it is loading.
   const std::shared_ptr<const Subject>& first_subject() const { return first_subject_; }
 
@@ -121,12 +114,11 @@ class CurrentVolume {
     std::vector<std::string> samples;  ///< of its sequence, see prepare_volume
     int generation = 0;
     std::string key;
+    bool wanted = false;       ///< by the window now; false: likely to be the next
+    std::uint64_t number = 0;  ///< it is outdated once `wishes_` differs
   };
-  /// Changes what the thread is to do, and wakes it.
-  void post(const std::function<void()>& change);
   void run(const std::stop_token& stop);
-  /// Works until `wishes_` differs from `number`.
-  void prepare(const Wish& wish, bool wanted, std::uint64_t number);
+  void prepare(const Wish& wish);
 
   // the window's
   std::shared_ptr<Volume> volume_;
@@ -135,16 +127,12 @@ class CurrentVolume {
   std::string refused_key_;                 ///< of the wish that was refused
   std::shared_ptr<const Subject> first_subject_;
 
-  std::function<void()> on_news_;
-  mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  // guarded
   std::optional<Wish> wish_, idle_wish_;
   std::uint64_t wishes_ = 0;  ///< counts them, and the end of one
   News news_;
-  std::optional<WorkStage> progress_;
   std::shared_ptr<const Volume> last_;  ///< the thread's own
   std::shared_ptr<Volume> prefetched_;
-  std::jthread thread_;
 };
 
 /// The look of what the window shows, and what it set.
