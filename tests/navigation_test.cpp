@@ -236,12 +236,12 @@ TEST(Volume, TellsHowFarItIs) {
     last = fraction;
     ++steps;
   };
-  bool box = false;
-  prepare_volume(scene, {}, 0, nullptr, progress, [&](const Subject&) { box = true; });
+  std::shared_ptr<const Subject> subject;
+  prepare_volume(scene, {}, 0, nullptr, progress, [&](const auto& known) { subject = known; });
   EXPECT_EQ(stages, (std::vector<std::string>{"reading", "converting"}));
   EXPECT_GE(steps, 2);
   EXPECT_GT(last, 0.5);
-  EXPECT_TRUE(box);
+  EXPECT_TRUE(subject);
   // an exception of a newer wish ends the reading
   struct Ended {};
   const auto end = [](const std::string&, double fraction) {
@@ -269,7 +269,7 @@ TEST(RecentFiles, AreTheLastTenOnceEach) {
 
 TEST(Keys, AreAllInTheGuide) {
   const std::string guide = read_text(PSIVOX_ASSETS "/../docs/preview.md", "guide");
-  for (const KeyHelp& row : key_help)
+  for (const Command& row : commands())
     EXPECT_NE(guide.find(std::string("\n| ") + row.keys + " |"), std::string::npos) << row.keys;
 }
 
@@ -307,17 +307,16 @@ TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
   EXPECT_THROW(Sequence::of({at("v4_####.vdb")}), Error);
 }
 
-TEST(CurrentVolume, ABoxAndAVolumeThatArriveTogetherAreTheVolume) {
+TEST(CurrentVolume, ASubjectAndAVolumeThatArriveTogetherAreTheVolume) {
   std::counting_semaphore<> told(0);
   CurrentVolume current([&] { told.release(); });
   Scene scene;
   scene.input = std::string(PSIVOX_ASSETS) + "/slab.vdb";
   EXPECT_FALSE(current.wish(scene, {}));
-  for (int n = 0; n < 2; ++n) told.acquire();  // of the box, and of the volume
+  for (int n = 0; n < 2; ++n) told.acquire();  // of the subject, and of the volume
   const CurrentVolume::News news = current.take_news();
-  EXPECT_TRUE(news.arrived);
-  EXPECT_FALSE(news.box_known);
-  EXPECT_FALSE(current.box());
+  EXPECT_TRUE(news.volume);
+  EXPECT_FALSE(current.first_subject());
 }
 
 TEST(CurrentVolume, AnErrorOfAReplacedWishIsNotTold) {
@@ -332,7 +331,7 @@ TEST(CurrentVolume, AnErrorOfAReplacedWishIsNotTold) {
   news.acquire();  // the box
   news.acquire();  // the volume
   const CurrentVolume::News told = current.take_news();
-  EXPECT_TRUE(told.arrived);
+  EXPECT_TRUE(told.volume);
   EXPECT_FALSE(told.error);
 }
 

@@ -32,7 +32,7 @@ class RandomHands {
         return hands_.post({Kind::wheel, {0, below(2) ? 1 : -1}});
       case 3:
         if (below(5) == 0 && !hands_.viewer.saving())
-          hands_.viewer.attempt([&] { hands_.viewer.save_picture("saved.png"); });
+          hands_.viewer.messages().attempt([&] { hands_.viewer.save_picture("saved.png"); });
         return;
       case 4:
         return hands_.key(GLFW_KEY_1 + int(below(7)));

@@ -32,7 +32,6 @@ TEST_P(Window_, RefinesToThePictureOfRender) {
   EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
 }
 
-// The window's table is 0.2 codes off (picture_display.cpp), and each side rounds to a code.
 TEST_P(Window_, ShowsAViewOfOcioAsRenderWritesIt) {
   Scene scene = small(asset("blobs.vdb"));
   scene.background = glm::dvec3(0.2, 0.5, 0.9);
@@ -60,7 +59,7 @@ TEST_P(Window_, ShowsAViewOfOcioAsRenderWritesIt) {
     int most = 0;
     for (std::size_t i = 0; i < shown.size() / 360 * 310; ++i)  // below stands a message
       most = std::max(most, std::abs(int(shown[i]) - int(written[i])));
-    EXPECT_LE(most, 1) << view;
+    EXPECT_EQ(most, 0) << view;
     EXPECT_EQ(hands.viewer.messages().error_count(), 0) << hands.viewer.messages().last_error();
   }
 }
@@ -177,10 +176,8 @@ TEST(Viewer, ASlowScreenIsNotTakenForRest) {
 TEST(Viewer, TheBenchmarkOrdersItsTimes) {
   Hands hands(small(asset("blobs.vdb")));  // the panel covers the place of the drag
   const OrbitTimes times = benchmark_orbit(hands.viewer, 30);
-  EXPECT_GT(times.p50_ms, 0);
-  EXPECT_LE(times.p50_ms, times.p90_ms);
-  EXPECT_LE(times.p90_ms, times.p99_ms);
-  EXPECT_LE(times.p99_ms, times.longest_ms);
+  EXPECT_EQ(times.intervals_ms.size(), 30u);
+  EXPECT_GT(std::ranges::min(times.intervals_ms), 0);
   EXPECT_GT(times.first_part_ms, 0);
   EXPECT_LE(times.first_part_ms, times.first_exact_ms);
 }

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/statistics.h"
 #include "base/text.h"
 #include "command_line.h"
 #include "notices.h"
@@ -65,6 +66,7 @@ bool parse(ViewCall& call, Arguments arguments) {
 void print_orbit(view::Viewer& viewer, int pictures) {
   const view::OrbitTimes times = view::benchmark_orbit(viewer, pictures);
   const glm::ivec2 size = viewer.window().size();
+  const auto within = [&](double part) { return percentile(times.intervals_ms, part); };
   std::printf(
       "orbit     %d pictures in a window of %dx%d\n"
       "interval  50 %% within %.1f ms, 90 %% within %.1f ms, 99 %% within %.1f ms, longest %.1f "
@@ -72,7 +74,7 @@ void print_orbit(view::Viewer& viewer, int pictures) {
       "opened    exact picture begun after %.2f s, complete after %.2f s\n"
       "refined   %.2f s after the last movement\n"
       "renderer  %s\n",
-      pictures, size.x, size.y, times.p50_ms, times.p90_ms, times.p99_ms, times.longest_ms,
+      pictures, size.x, size.y, within(0.5), within(0.9), within(0.99), within(1),
       1e-3 * times.first_part_ms, 1e-3 * times.first_exact_ms, 1e-3 * times.refine_ms,
       viewer.pictures().renderer.c_str());
 }

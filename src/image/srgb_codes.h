@@ -1,5 +1,7 @@
 #pragma once
 
+#include <tbb/parallel_for.h>
+
 #include <cstddef>
 #include <limits>
 #include <span>
@@ -36,7 +38,8 @@ std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels,
       viewed.push_back(alpha > 0 ? factor * rgba[i] / alpha : 0);
   if (by_view) show_by(display.ocio, viewed);
   std::vector<Code> codes(rgba.size() / 4 * channels);
-  for (std::size_t i = 0, to = 0; i < rgba.size(); i += 4, to += channels) {
+  const auto encode = [&](std::size_t pixel) {
+    const std::size_t i = 4 * pixel, to = channels * pixel;
     const float alpha = alpha_at(i);
     for (std::size_t c = 0; c < 3 && alpha > 0; ++c) {
       const float code = by_view ? viewed[i / 4 * 3 + c]
@@ -45,7 +48,8 @@ std::vector<Code> srgb_codes(std::span<const float> rgba, std::size_t channels,
       codes[to + c] = quantised(clamped(code));
     }
     if (channels == 4) codes[to + 3] = quantised(alpha);
-  }
+  };
+  tbb::parallel_for(std::size_t{0}, rgba.size() / 4, encode);
   return codes;
 }
 

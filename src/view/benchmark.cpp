@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <fstream>
 
-#include "base/statistics.h"
 #include "base/stopwatch.h"
 #include "psivox/error.h"
 
@@ -99,11 +98,7 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
   viewer.window().post({Kind::button, pointer, 0, false});
   times.refine_ms = until_exact(viewer);
 
-  intervals.erase(intervals.begin(), intervals.begin() + settling);
-  times.p50_ms = percentile(intervals, 0.5);
-  times.p90_ms = percentile(intervals, 0.9);
-  times.p99_ms = percentile(intervals, 0.99);
-  times.longest_ms = percentile(intervals, 1);
+  times.intervals_ms.assign(intervals.begin() + settling, intervals.end());
   return times;
 }
 

@@ -10,9 +10,8 @@ namespace psivox::view {
 
 /// How fast the window follows a user who orbits.
 struct OrbitTimes {
-  /// Between two new pictures on the screen: percentiles and the longest.
-  double p50_ms = 0, p90_ms = 0, p99_ms = 0, longest_ms = 0;
-  double refine_ms = 0;  ///< from the last movement until the exact picture is shown
+  std::vector<double> intervals_ms;  ///< between two new pictures on the screen
+  double refine_ms = 0;              ///< from the last movement until the exact picture is shown
   /// From the start until the first part of an exact picture was shown, and until all of it was.
   double first_part_ms = 0, first_exact_ms = 0;
 };

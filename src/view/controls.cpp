@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <map>
+#include <vector>
 
 #include "view/viewer.h"
 
@@ -28,7 +29,75 @@ glm::dvec3 flight_of(int key) {
   return found == directions.end() ? glm::dvec3(0) : found->second;
 }
 
+void look(Viewer& viewer, const Event& event) {
+  static const std::map<int, Axis> axes = {{GLFW_KEY_1, Axis::front}, {GLFW_KEY_KP_1, Axis::front},
+                                           {GLFW_KEY_3, Axis::right}, {GLFW_KEY_KP_3, Axis::right},
+                                           {GLFW_KEY_7, Axis::top},   {GLFW_KEY_KP_7, Axis::top}};
+  viewer.navigation().look(axes.at(event.code), with_control(event) || with_shift(event));
+}
+
+void go_on(Viewer& viewer, const Event& event) {
+  Sequence& sequence = viewer.sequence();
+  sequence.go_to(event.code == GLFW_KEY_RIGHT ? sequence.next() : sequence.previous());
+}
+
+void compare_otherwise(Viewer& viewer, const Event&) {
+  viewer.compare(Comparison((int(viewer.display().comparison) + 1) % 3), viewer.other());
+}
+
+void save_picture(Viewer& viewer, const Event& event) {
+  if (!with_control(event)) return;
+  viewer.messages().attempt([&] { viewer.save_picture(viewer.panels().picture_path); });
+}
+
+void copy_command_line(Viewer& viewer, const Event& event) {
+  if (with_control(event)) viewer.messages().attempt([&] { viewer.copy_command_line(); });
+}
+
+template <bool Panels::*panel>
+void toggle(Viewer& viewer, const Event&) {
+  viewer.panels().*panel ^= true;
+}
+
+void help(Viewer& viewer, const Event& event) {
+  if (event.code == GLFW_KEY_SLASH && !with_shift(event)) return;
+  bool& shown = viewer.panels().help;
+  shown = !shown && event.code != GLFW_KEY_ESCAPE;
+}
+
 }  // namespace
+
+const std::vector<Command>& commands() {
+  static const std::vector<Command> table = {
+      {"left drag", "orbit around the pivot"},
+      {"middle drag", "pan"},
+      {"wheel, right drag", "dolly towards the pivot"},
+      {"double click", "pivot on what is under the pointer"},
+      {"W A S D, E Q", "fly forward, left, back, right, up, down"},
+      {"F", "frame all", {GLFW_KEY_F}, [](Viewer& v, auto&) { v.navigation().frame_all(); }},
+      {"1 3 7",
+       "view from the front, the right, above; with Shift or Ctrl from the other side",
+       {GLFW_KEY_1, GLFW_KEY_KP_1, GLFW_KEY_3, GLFW_KEY_KP_3, GLFW_KEY_7, GLFW_KEY_KP_7},
+       look},
+      {"O",
+       "orthographic or perspective",
+       {GLFW_KEY_O, GLFW_KEY_KP_5},
+       [](Viewer& v, auto&) { v.navigation().toggle_projection(); }},
+      {"T", "transfer function", {GLFW_KEY_T}, toggle<&Panels::transfer>},
+      {"X", "one picture, two with a divider, signed difference", {GLFW_KEY_X}, compare_otherwise},
+      {"Space",
+       "play or pause a sequence",
+       {GLFW_KEY_SPACE},
+       [](Viewer& v, auto&) { v.sequence().toggle_playing(); }},
+      {"Left, Right", "frame before, frame after", {GLFW_KEY_LEFT, GLFW_KEY_RIGHT}, go_on},
+      {"R", "read file and shaders again", {GLFW_KEY_R}, [](Viewer& v, auto&) { v.reload(); }},
+      {"Ctrl+S", "save the picture", {GLFW_KEY_S}, save_picture},
+      {"Ctrl+C", "copy as command line", {GLFW_KEY_C}, copy_command_line},
+      {"Tab", "panel", {GLFW_KEY_TAB}, toggle<&Panels::scene>},
+      {"? or H", "this help", {GLFW_KEY_SLASH, GLFW_KEY_H, GLFW_KEY_F1, GLFW_KEY_ESCAPE}, help},
+  };
+  return table;
+}
 
 bool Controls::steer(const Event& event) {
   const glm::dvec3 direction = flight_of(event.code);
@@ -43,66 +112,10 @@ bool Controls::steer(const Event& event) {
   return !(event.code == GLFW_KEY_S && with_control(event));
 }
 
-void Controls::look(Axis axis, const Event& event) {
-  viewer_.navigation().look(axis, with_control(event) || with_shift(event));
-}
-
-// key_help describes the commands to the user.
-void Controls::command(const Event& event) {
-  Panels& panels = viewer_.panels();
-  Sequence& sequence = viewer_.sequence();
-  switch (event.code) {
-    case GLFW_KEY_F:
-      return viewer_.navigation().frame_all();
-    case GLFW_KEY_1:
-    case GLFW_KEY_KP_1:
-      return look(Axis::front, event);
-    case GLFW_KEY_3:
-    case GLFW_KEY_KP_3:
-      return look(Axis::right, event);
-    case GLFW_KEY_7:
-    case GLFW_KEY_KP_7:
-      return look(Axis::top, event);
-    case GLFW_KEY_O:
-    case GLFW_KEY_KP_5:
-      return viewer_.navigation().toggle_projection();
-    case GLFW_KEY_R:
-      return viewer_.reload();
-    case GLFW_KEY_S:
-      if (!with_control(event)) return;
-      return viewer_.attempt([&] { viewer_.save_picture(panels.picture_path); });
-    case GLFW_KEY_C:
-      if (!with_control(event)) return;
-      return viewer_.attempt([&] { viewer_.copy_command_line(); });
-    case GLFW_KEY_X:
-      return viewer_.compare(Comparison((int(viewer_.display().comparison) + 1) % 3),
-                             viewer_.other());
-    case GLFW_KEY_SPACE:
-      return sequence.toggle_playing();
-    case GLFW_KEY_RIGHT:
-      return sequence.go_to(sequence.next());
-    case GLFW_KEY_LEFT:
-      return sequence.go_to(sequence.previous());
-    case GLFW_KEY_T:
-      panels.transfer ^= true;
-      return;
-    case GLFW_KEY_TAB:
-      panels.scene ^= true;
-      return;
-    case GLFW_KEY_SLASH:
-      if (!with_shift(event)) return;
-      [[fallthrough]];
-    case GLFW_KEY_H:
-    case GLFW_KEY_F1:
-      panels.help ^= true;
-      return;
-    case GLFW_KEY_ESCAPE:
-      panels.help = false;
-  }
-}
-
 void Controls::key(const Event& event) {
-  if (!steer(event) && event.down && !viewer_.gui().takes_keys()) command(event);
+  if (steer(event) || !event.down || viewer_.gui().takes_keys()) return;
+  for (const Command& command : commands())
+    if (std::ranges::count(command.codes, event.code)) return command.act(viewer_, event);
 }
 
 bool Controls::double_click(const glm::dvec2& place) {

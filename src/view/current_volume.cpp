@@ -8,21 +8,12 @@ struct Superseded {};
 
 }  // namespace
 
-CurrentVolume::CurrentVolume(std::function<void()> on_news)
-    : on_news_(std::move(on_news)), thread_([this](const std::stop_token& stop) { run(stop); }) {}
-
-CurrentVolume::~CurrentVolume() {
-  thread_.request_stop();
-  post([&] { ++wishes_; });
-  thread_.join();
+CurrentVolume::CurrentVolume(std::function<void()> on_news) : Worker(std::move(on_news)) {
+  start([this](const std::stop_token& stop) { run(stop); });
 }
 
-void CurrentVolume::post(const std::function<void()>& change) {
-  {
-    const std::lock_guard lock(mutex_);
-    change();
-  }
-  changed_.notify_all();
+CurrentVolume::~CurrentVolume() {
+  stop([&] { ++wishes_; });
 }
 
 bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& samples) {
@@ -32,20 +23,21 @@ bool CurrentVolume::wish(const Scene& scene, const std::vector<std::string>& sam
     post([&] {
       wish_.reset();
       ++wishes_;  // ends the work on it
+      news_ = {};
     });
   if (at_hand || key == refused_key_ || key == awaited_key_) return at_hand;
   post([&] {
-    wish_ = Wish{scene, samples, generation_, key};
+    wish_ = Wish{scene, samples, generation_, key, true, ++wishes_};
     idle_wish_.reset();
-    ++wishes_;
-    done_ = {};  // of a wish that this one replaces
+    news_ = {};  // of a wish that this one replaces
   });
   awaited_key_ = key;
   return false;
 }
 
 void CurrentVolume::prefetch(const Scene& scene, const std::vector<std::string>& samples) {
-  post([&] { idle_wish_ = Wish{scene, samples, generation_, volume_key(scene, generation_)}; });
+  const std::string key = volume_key(scene, generation_);
+  post([&] { idle_wish_ = Wish{scene, samples, generation_, key, false, wishes_}; });
 }
 
 void CurrentVolume::reload() {
@@ -53,53 +45,41 @@ void CurrentVolume::reload() {
   retry();
 }
 
-std::optional<WorkStage> CurrentVolume::progress() const {
-  const std::lock_guard lock(mutex_);
-  return progress_;
-}
-
 CurrentVolume::News CurrentVolume::take_news() {
-  Done done;
+  News news;
   {
     const std::lock_guard lock(mutex_);
-    done = std::exchange(done_, {});
+    news = std::exchange(news_, {});
   }
-  News news;
-  if (done.box && !volume_) {
-    box_ = done.box;
-    news.box_known = true;
-  }
-  if (!awaited_key_ || !(done.volume || done.error)) return news;
+  if (news.subject && !volume_) first_subject_ = news.subject;
+  if (!news.volume && !news.error) return news;
   const std::string key = *std::exchange(awaited_key_, {});
-  box_.reset();
-  if (done.error)
+  first_subject_.reset();
+  if (news.error)
     refused_key_ = key;
   else
-    volume_ = std::move(done.volume);
-  return {.arrived = !done.error, .error = done.error};
+    volume_ = news.volume;
+  return news;
 }
 
 void CurrentVolume::run(const std::stop_token& stop) {
   while (true) {
     Wish wish;
-    bool wanted = true;
-    std::uint64_t number = 0;
     {
       std::unique_lock lock(mutex_);
       changed_.wait(lock, stop, [&] { return wish_ || idle_wish_; });
       if (stop.stop_requested()) return;  // even if there is a wish
-      wanted = wish_.has_value();
-      std::optional<Wish>& next = wanted ? wish_ : idle_wish_;
-      wish = std::move(*next);
-      next.reset();
-      number = wishes_;
+      wish = *std::exchange(wish_ ? wish_ : idle_wish_, {});
     }
-    prepare(wish, wanted, number);
+    prepare(wish);
     on_news_();
   }
 }
 
-void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number) {
+void CurrentVolume::prepare(const Wish& wish) {
+  const auto check_current = [&] {
+    if (wishes_ != wish.number) throw Superseded();
+  };
   std::shared_ptr<Volume> volume =
       prefetched_ && prefetched_->key == wish.key ? prefetched_ : nullptr;
   std::exception_ptr error;
@@ -109,17 +89,15 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number)
           wish.scene, wish.samples, wish.generation, last_,
           [&](const std::string& stage, double fraction) {
             const std::lock_guard lock(mutex_);
-            if (wishes_ != number) throw Superseded();
-            if (wanted) progress_ = {stage, fraction};
+            check_current();
+            if (wish.wanted) progress_ = {stage, fraction};
           },
-          [&](const Subject& box) {
-            if (!wanted) return;
-            {
-              const std::lock_guard lock(mutex_);
-              if (wishes_ != number) throw Superseded();
-              done_.box = box;
-            }
-            on_news_();
+          [&](const std::shared_ptr<const Subject>& subject) {
+            if (!wish.wanted) return;
+            tell([&] {
+              check_current();
+              news_.subject = subject;
+            });
           });
   } catch (const Superseded&) {
   } catch (...) {
@@ -127,15 +105,15 @@ void CurrentVolume::prepare(const Wish& wish, bool wanted, std::uint64_t number)
   }
   const std::lock_guard lock(mutex_);
   progress_.reset();
-  if (!wanted) {
+  if (!wish.wanted) {
     if (volume) prefetched_ = volume;
     return;
   }
   if (volume == prefetched_) prefetched_.reset();
   if (volume) last_ = volume;
-  if (wishes_ != number || !(volume || error)) return;
-  done_.volume = volume;
-  done_.error = error;
+  if (wishes_ != wish.number) return;
+  news_.volume = volume;
+  news_.error = error;
 }
 
 }  // namespace psivox::view

@@ -137,9 +137,7 @@ void Gui::feed(const Event& event) {
       ImGui_ImplOpenGL3_Shutdown();
       ImGui_ImplOpenGL3_Init(glsl_version);
       break;
-    case Kind::drop:
-    case Kind::close:
-    case Kind::refresh:
+    default:  // the viewer's
       break;
   }
 }

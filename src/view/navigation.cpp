@@ -68,12 +68,15 @@ void Navigation::orbit(const glm::dvec2& pixels) {
   turn(right_, wanted - elevation);
 }
 
+void Navigation::shift(const glm::dvec3& by) {
+  position_ += by;
+  pivot_ += by;
+  moved_ = true;
+}
+
 void Navigation::pan(const glm::dvec2& pixels) {
   const double per_pixel = 2 * half_width_at_pivot() / std::max(viewport_.x, 1);
-  const glm::dvec3 shift = per_pixel * (pixels.y * up_ - pixels.x * right_);
-  position_ += shift;
-  pivot_ += shift;
-  moved_ = true;
+  shift(per_pixel * (pixels.y * up_ - pixels.x * right_));
 }
 
 void Navigation::dolly(double notches) {
@@ -87,10 +90,7 @@ void Navigation::dolly(double notches) {
 
 void Navigation::fly(const glm::dvec3& speed, double seconds) {
   const double scale = 0.5 * size() * seconds;
-  const glm::dvec3 shift = scale * (speed.x * right_ + speed.y * up_ + speed.z * forward_);
-  position_ += shift;
-  pivot_ += shift;
-  moved_ = true;
+  shift(scale * (speed.x * right_ + speed.y * up_ + speed.z * forward_));
 }
 
 void Navigation::frame_all() {
@@ -103,41 +103,34 @@ void Navigation::frame_all() {
   moved_ = true;
 }
 
+void Navigation::aim(const glm::dvec3& forward, const glm::dvec3& up) {
+  const double depth = pivot_depth();
+  forward_ = forward;
+  right_ = glm::normalize(glm::cross(forward, up));
+  up_ = glm::cross(right_, forward);
+  position_ = pivot_ - depth * forward;
+  moved_ = true;
+}
+
 void Navigation::look(Axis axis, bool opposite) {
   const glm::dvec3 y = glm::normalize(scene_up_);
   // The view from the front is along -Z if +Y is up, and along +Y if +Z is up.
   glm::dvec3 front =
       std::abs(y.z) > 0.9 ? glm::dvec3(0, y.z > 0 ? 1 : -1, 0) : glm::dvec3(0, 0, -1);
   front = glm::normalize(front - glm::dot(front, y) * y);
-  const double depth = pivot_depth();
   const double sign = opposite ? -1 : 1;
-  if (axis == Axis::front) {
-    forward_ = sign * front;
-    up_ = y;
-  } else if (axis == Axis::right) {
-    forward_ = sign * -glm::cross(front, y);
-    up_ = y;
-  } else {
-    forward_ = -sign * y;
-    up_ = sign * front;
-  }
-  right_ = glm::cross(forward_, up_);
-  position_ = pivot_ - depth * forward_;
-  moved_ = true;
+  if (axis == Axis::top)
+    aim(-sign * y, sign * front);
+  else
+    aim(axis == Axis::front ? sign * front : -sign * glm::cross(front, y), y);
 }
 
 void Navigation::face(const glm::dvec3& normal) {
-  const double depth = pivot_depth();
-  const glm::dvec3 before = up_, unit = glm::normalize(normal);
-  forward_ = glm::dot(unit, forward_) < 0 ? -unit : unit;
-  const glm::dvec3 axis = glm::normalize(scene_up_);
-  up_ = std::abs(glm::dot(axis, forward_)) > 0.999 ? before : axis;
-  // where that is along the view too, any other direction will do
-  if (std::abs(glm::dot(up_, forward_)) > 0.999) up_ = right_;
-  right_ = glm::normalize(glm::cross(forward_, up_));
-  up_ = glm::cross(right_, forward_);
-  position_ = pivot_ - depth * forward_;
-  moved_ = true;
+  const glm::dvec3 unit = glm::normalize(normal), axis = glm::normalize(scene_up_);
+  const auto along = [&](const glm::dvec3& up) { return std::abs(glm::dot(up, unit)) > 0.999; };
+  // where the axis and the picture's up direction are along the view too, any other will do
+  const glm::dvec3 up = !along(axis) ? axis : !along(up_) ? up_ : right_;
+  aim(glm::dot(unit, forward_) < 0 ? -unit : unit, up);
 }
 
 void Navigation::toggle_projection() {

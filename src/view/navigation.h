@@ -56,6 +56,9 @@ class Navigation {
   double pivot_depth() const;
   double half_width_at_pivot() const;
   void turn(const glm::dvec3& about, double angle);
+  void shift(const glm::dvec3& by);
+  /// Looks at the pivot along a unit vector, from the distance that it has.
+  void aim(const glm::dvec3& forward, const glm::dvec3& up);
 
   Subject subject_ = box_subject(glm::dvec3(-1), glm::dvec3(1));
   glm::dvec3 position_{0, 0, 1}, right_{1, 0, 0}, up_{0, 1, 0}, forward_{0, 0, -1};

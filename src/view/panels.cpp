@@ -28,6 +28,16 @@ std::string work_text(const WorkStage& stage, const std::string& of = "") {
   return name + of + (fraction > 0 ? formatted(" %.0f %%", std::floor(100 * fraction)) : "");
 }
 
+ParameterChoices choices_of(Viewer& viewer) {
+  ParameterChoices choices;
+  choices.refuse = [&viewer](const std::string& why) { viewer.messages().error(why); };
+  if (const Volume* volume = viewer.volume()) {
+    choices.grids = volume->grids;
+    choices.extinction = volume->extinction;
+  }
+  return choices;
+}
+
 void draw_look_menu(Viewer& viewer) {
   ImGui::SetNextItemWidth(0.6f * ImGui::GetWindowWidth());
   const bool open = ImGui::BeginCombo("look", viewer.look().text().c_str());
@@ -63,21 +73,23 @@ void draw_output_section(Viewer& viewer) {
   ImGui::InputText("##picture", &panels.picture_path);
   ImGui::SameLine();
   if (ImGui::Button(viewer.saving() ? "saving" : "picture"))
-    viewer.attempt([&] { viewer.save_picture(panels.picture_path); });
+    viewer.messages().attempt([&] { viewer.save_picture(panels.picture_path); });
   ImGui::InputText("##scene", &panels.scene_path);
   ImGui::SameLine();
-  if (ImGui::Button("scene")) viewer.attempt([&] { viewer.save_scene(panels.scene_path); });
+  if (ImGui::Button("scene"))
+    viewer.messages().attempt([&] { viewer.save_scene(panels.scene_path); });
   ImGui::InputTextWithHint("size", "the window's", &panels.picture_size);
-  if (ImGui::Button("copy as command line")) viewer.attempt([&] { viewer.copy_command_line(); });
+  if (ImGui::Button("copy as command line"))
+    viewer.messages().attempt([&] { viewer.copy_command_line(); });
 }
 
 /// The parameters in which the right side of a comparison may differ.
 void draw_right_side(Viewer& viewer) {
   static constexpr const char* names[] = {"integrator", "sampling", "segments", "step", "renderer"};
   Scene right = *viewer.other();
-  const auto refuse = [&](const std::string& why) { viewer.error(why); };
   ImGui::PushID("right");
-  if (edit_parameters(right, {}, refuse, names)) viewer.compare(viewer.display().comparison, right);
+  if (edit_parameters(right, choices_of(viewer), names))
+    viewer.compare(viewer.display().comparison, right);
   ImGui::PopID();
 }
 
@@ -95,8 +107,7 @@ void draw_exposure(Viewer& viewer) {
     changed = true;
   }
   static constexpr const char* names[] = {"tone-map"};
-  changed |= edit_parameters(
-      edited, {}, [&](const std::string& why) { viewer.error(why); }, names);
+  changed |= edit_parameters(edited, choices_of(viewer), names);
   if (changed) viewer.set_scene(edited);
 }
 
@@ -136,20 +147,15 @@ void draw_scene_panel(Viewer& viewer) {
   // above the status line
   const double s = viewer.gui().scale(), height = double(ImGui::GetIO().DisplaySize.y) / s - 50;
   ImGui::SetNextWindowSize(scaled(330, std::clamp(height, 120.0, 560.0), s), placing(viewer));
-  if (ImGui::Begin("Scene", &viewer.panels().scene)) {
-    draw_look_menu(viewer);
-    draw_file_section(viewer);
-    draw_output_section(viewer);
-    draw_display_section(viewer);
-    draw_cut_section(viewer);
-    Scene edited = viewer.scene();
-    const std::vector<std::string> none;
-    const Volume* volume = viewer.volume();
-    const ParameterChoices choices{volume ? volume->grids : none, volume ? volume->extinction : 1};
-    if (edit_parameters(edited, choices, [&](const std::string& why) { viewer.error(why); }))
-      viewer.set_scene(edited);
-  }
-  ImGui::End();
+  const Panel panel("Scene", &viewer.panels().scene);
+  if (!panel) return;
+  draw_look_menu(viewer);
+  draw_file_section(viewer);
+  draw_output_section(viewer);
+  draw_display_section(viewer);
+  draw_cut_section(viewer);
+  Scene edited = viewer.scene();
+  if (edit_parameters(edited, choices_of(viewer))) viewer.set_scene(edited);
 }
 
 void draw_transfer_panel(Viewer& viewer) {
@@ -157,7 +163,7 @@ void draw_transfer_panel(Viewer& viewer) {
   const float right = ImGui::GetIO().DisplaySize.x - float(410 * s);
   ImGui::SetNextWindowPos({right, 10}, placing(viewer));
   ImGui::SetNextWindowSize(scaled(400, 345, s), placing(viewer));
-  viewer.attempt([&] { viewer.edit_transfer_function(); });
+  viewer.messages().attempt([&] { viewer.edit_transfer_function(); });
 }
 
 /// The state of the picture, or the work that it waits for.
@@ -225,20 +231,19 @@ void draw_help(Viewer& viewer) {
   const ImGuiIO& io = ImGui::GetIO();
   ImGui::SetNextWindowPos({io.DisplaySize.x / 2, io.DisplaySize.y / 2}, ImGuiCond_Always,
                           {0.5f, 0.5f});
-  if (ImGui::Begin("Keys", &viewer.panels().help,
-                   ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse)) {
-    for (const KeyHelp& row : key_help) {
-      ImGui::TextUnformatted(row.keys);
-      ImGui::SameLine(float(170 * viewer.gui().scale()));
-      ImGui::TextUnformatted(row.what);
-    }
+  const Panel panel("Keys", &viewer.panels().help,
+                    ImGuiWindowFlags_AlwaysAutoResize | ImGuiWindowFlags_NoCollapse);
+  for (const Command& row : commands()) {
+    ImGui::TextUnformatted(row.keys);
+    ImGui::SameLine(float(170 * viewer.gui().scale()));
+    ImGui::TextUnformatted(row.what);
   }
-  ImGui::End();
 }
 
 void draw_box(Viewer& viewer) {
-  if (!viewer.box() || viewer.volume()) return;
-  const glm::dvec3 &low = viewer.box()->box_min, &high = viewer.box()->box_max;
+  const Subject* subject = viewer.first_subject();
+  if (!subject) return;
+  const glm::dvec3 &low = subject->box_min, &high = subject->box_max;
   ImDrawList& list = *ImGui::GetBackgroundDrawList();
   const auto corner = [&](int i) {
     return glm::dvec3(i & 1 ? high.x : low.x, i & 2 ? high.y : low.y, i & 4 ? high.z : low.z);
@@ -277,23 +282,20 @@ void draw_timeline(Sequence& sequence, double scale) {
   const float height = timeline_height * s, bottom = io.DisplaySize.y - timeline_bottom * s;
   ImGui::SetNextWindowPos({io.DisplaySize.x * 0.25f, bottom - height});
   ImGui::SetNextWindowSize({io.DisplaySize.x * 0.5f, height});
-  if (ImGui::Begin("Frames", nullptr, ImGuiWindowFlags_NoDecoration)) {
-    if (ImGui::Button(sequence.playing ? "pause" : "play")) sequence.toggle_playing();
+  const Panel panel("Frames", nullptr, ImGuiWindowFlags_NoDecoration);
+  if (ImGui::Button(sequence.playing ? "pause" : "play")) sequence.toggle_playing();
+  ImGui::SameLine();
+  ImGui::SetNextItemWidth(float(120 * scale));
+  slide("frames/s", sequence.rate, 1, 60, "%.0f");
+  if (!sequence.missing().empty()) {
     ImGui::SameLine();
-    ImGui::SetNextItemWidth(float(120 * scale));
-    slide("frames/s", sequence.rate, 1, 60, "%.0f");
-    if (!sequence.missing().empty()) {
-      ImGui::SameLine();
-      ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing", int(sequence.missing().size()));
-    }
-    int frame = sequence.current();
-    ImGui::SetNextItemWidth(-1);
-    const ImVec2 corner = ImGui::GetCursorScreenPos();
-    if (ImGui::SliderInt("##frame", &frame, sequence.first(), sequence.last()))
-      sequence.go_to(frame);
-    mark_missing(sequence, corner, ImGui::GetItemRectSize().x);
+    ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing", int(sequence.missing().size()));
   }
-  ImGui::End();
+  int frame = sequence.current();
+  ImGui::SetNextItemWidth(-1);
+  const ImVec2 corner = ImGui::GetCursorScreenPos();
+  if (ImGui::SliderInt("##frame", &frame, sequence.first(), sequence.last())) sequence.go_to(frame);
+  mark_missing(sequence, corner, ImGui::GetItemRectSize().x);
 }
 
 }  // namespace

@@ -131,8 +131,7 @@ bool edit_text(const Parameter& p, const Scene& scene, const ParameterChoices& c
 }
 
 /// The widget of one parameter, and the button that resets it.
-bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& choices,
-                    const Refuse& refuse) {
+bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& choices) {
   const std::string current = parameter_text(scene, p);
   std::string text = current;
   bool done = edit_text(p, scene, choices, text);
@@ -150,7 +149,7 @@ bool edit_parameter(Scene& scene, const Parameter& p, const ParameterChoices& ch
     set_valid(scene, p.name, text);
     return true;
   } catch (const Error& error) {
-    refuse(error.what());
+    choices.refuse(error.what());
     return false;
   }
 }
@@ -165,7 +164,7 @@ void set_valid(Scene& scene, const std::string& name, const std::string& text) {
   scene = next;
 }
 
-bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse) {
+bool edit_parameters(Scene& scene, const ParameterChoices& choices) {
   bool changed = false, open = false;
   std::optional<ParameterGroup> group;
   ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
@@ -177,19 +176,18 @@ bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse
       open = ImGui::CollapsingHeader(group_name(p.group).c_str(),
                                      unfolded ? ImGuiTreeNodeFlags_DefaultOpen : 0);
     }
-    if (open) changed |= edit_parameter(scene, p, choices, refuse);
+    if (open) changed |= edit_parameter(scene, p, choices);
   }
   ImGui::PopItemWidth();
   return changed;
 }
 
-bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse,
+bool edit_parameters(Scene& scene, const ParameterChoices& choices,
                      std::span<const char* const> names) {
   bool changed = false;
   ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
   for (const char* name : names)
-    if (const Parameter* p = find_parameter(name))
-      changed |= edit_parameter(scene, *p, choices, refuse);
+    if (const Parameter* p = find_parameter(name)) changed |= edit_parameter(scene, *p, choices);
   ImGui::PopItemWidth();
   return changed;
 }

@@ -2,235 +2,157 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
+#include <utility>
+
+#include "psivox/picture_file.h"
 
 namespace psivox::view {
 namespace {
 
-GLuint make_texture(GLenum format, const glm::ivec2& size) {
-  GLuint texture = 0;
-  glCreateTextures(GL_TEXTURE_2D, 1, &texture);
-  glTextureStorage2D(texture, 1, format, size.x, size.y);
-  glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
-  glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  return texture;
+glm::ivec2 size_of(const Image& image) { return {image.width, image.height}; }
+
+Image empty_picture(const glm::ivec2& size) {
+  const auto values = 4 * std::size_t(size.x) * std::size_t(size.y);
+  return {size.x, size.y, {{"", {"R", "G", "B", "A"}, std::vector<float>(values)}}, {}};
 }
 
-void fit(GLuint& texture, glm::ivec2& size, const glm::ivec2& wanted) {
-  if (texture && size == wanted) return;
-  glDeleteTextures(1, &texture);
-  texture = make_texture(GL_RGBA32F, wanted);
-  size = wanted;
-}
-
-void fit(Screen& screen, const glm::ivec2& wanted) {
-  if (screen.texture && screen.size == wanted) return;
-  glDeleteTextures(1, &screen.texture);
-  if (!screen.framebuffer) glCreateFramebuffers(1, &screen.framebuffer);
-  screen.texture = make_texture(GL_RGBA8, wanted);
-  screen.size = wanted;
-  glNamedFramebufferTexture(screen.framebuffer, GL_COLOR_ATTACHMENT0, screen.texture, 0);
-}
-
-void remove(const Screen& screen) {
-  glDeleteFramebuffers(1, &screen.framebuffer);
-  glDeleteTextures(1, &screen.texture);
-}
-
-// A view's table: in each direction light from 0 to 128, four places to a factor of 2. There the
-// codes lie 0.2/255 beside the view's, where it is as smooth as sRGB (tests/ocio_test.cpp).
-constexpr int places = 65;
-constexpr double darkest = 1.0 / 512, octaves = 16;
-
-GLuint make_view_codes(const OcioView& view) {
-  std::vector<float> codes;
-  const auto light = [](int i) {
-    return float(darkest * (std::exp2(octaves * i / (places - 1)) - 1));
+/// Copies a rectangle; places are pixels from the top left.
+void copy(const Image& from, const glm::ivec2& at, Image& to, const glm::ivec2& to_at,
+          const glm::ivec2& size) {
+  const auto index = [](const Image& image, int x, int y) {
+    return 4 * (std::size_t(y) * std::size_t(image.width) + std::size_t(x));
   };
-  for (int b = 0; b < places; ++b)
-    for (int g = 0; g < places; ++g)
-      for (int r = 0; r < places; ++r) codes.insert(codes.end(), {light(r), light(g), light(b)});
-  show_by(view, codes);
-  GLuint texture = 0;
-  glCreateTextures(GL_TEXTURE_3D, 1, &texture);
-  glTextureStorage3D(texture, 1, GL_RGB32F, places, places, places);
-  glTextureSubImage3D(texture, 0, 0, 0, 0, places, places, places, GL_RGB, GL_FLOAT, codes.data());
-  glTextureParameteri(texture, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
-  glTextureParameteri(texture, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
-  for (const GLenum axis : {GL_TEXTURE_WRAP_S, GL_TEXTURE_WRAP_T, GL_TEXTURE_WRAP_R})
-    glTextureParameteri(texture, axis, GL_CLAMP_TO_EDGE);
-  return texture;
+  for (int y = 0; y < size.y; ++y)
+    std::copy_n(&from.rgba()[index(from, at.x, at.y + y)], 4 * size.x,
+                &to.rgba()[index(to, to_at.x, to_at.y + y)]);
 }
 
-constexpr float nothing[4] = {0, 0, 0, 0};
-constexpr float missing[4] = {0, 0, 0, -1};
+/// White: equal; red: `picture` is brighter; blue: `other` is.
+void show_difference(Image& picture, const Image& other, double gain) {
+  const std::span<float> a = picture.rgba();
+  const std::span<const float> b = other.rgba();
+  for (std::size_t i = 0; i < a.size(); i += 4) {
+    const float sum = a[i] - b[i] + a[i + 1] - b[i + 1] + a[i + 2] - b[i + 2];
+    const float d = std::clamp(float(gain) * sum / 3, -1.0f, 1.0f);
+    a[i] = 1 + std::min(d, 0.0f);
+    a[i + 1] = 1 - std::abs(d);
+    a[i + 2] = 1 - std::max(d, 0.0f);
+  }
+}
 
-std::unique_ptr<gl::Program> build_program() {
-  auto program =
-      std::make_unique<gl::Program>("display.frag", "", std::map<std::string, std::string>{});
-  program->set("picture", 0);
-  program->set("other", 1);
-  program->set("view_codes", 2);
-  program->set("view_darkest", darkest);
-  program->set("view_octaves", octaves);
-  return program;
+void blit(GLuint from, const glm::ivec2& size, GLuint to, const glm::ivec2& to_size, bool flipped) {
+  glBlitNamedFramebuffer(from, to, 0, 0, size.x, size.y, 0, flipped ? to_size.y : 0, to_size.x,
+                         flipped ? 0 : to_size.y, GL_COLOR_BUFFER_BIT,
+                         size == to_size ? GL_NEAREST : GL_LINEAR);
 }
 
 }  // namespace
 
-PictureDisplay::PictureDisplay() : program_(build_program()) {
-  for (Side& side : sides_) {
-    fit(side.preview, side.preview_size, {1, 1});
-    fit(side.exact, side.exact_size, {1, 1});
-    glClearTexImage(side.preview, 0, GL_RGBA, GL_FLOAT, nothing);
-    glClearTexImage(side.exact, 0, GL_RGBA, GL_FLOAT, missing);
-  }
+PictureDisplay::PictureDisplay() {
+  for (Side& side : sides_) side.preview = empty_picture({1, 1});
 }
 
-PictureDisplay::~PictureDisplay() {
-  for (const Side& side : sides_) {
-    glDeleteTextures(1, &side.preview);
-    glDeleteTextures(1, &side.exact);
-    remove(side.encoded);
-  }
-  remove(screen_);
-  glDeleteTextures(1, &view_codes_);
+PictureDisplay::Screen::~Screen() {
+  glDeleteFramebuffers(1, &framebuffer);
+  glDeleteTextures(1, &texture);
 }
 
-void PictureDisplay::reload_shader() {
-  glUseProgram(0);  // ImGui sets what was current again, after this has deleted it
-  program_ = build_program();
-  stale_ = true;
+void PictureDisplay::Screen::fit(const glm::ivec2& wanted) {
+  if (texture && size == wanted) return;
+  glDeleteTextures(1, &texture);
+  if (!framebuffer) glCreateFramebuffers(1, &framebuffer);
+  glCreateTextures(GL_TEXTURE_2D, 1, &texture);
+  glTextureStorage2D(texture, 1, GL_RGBA8, wanted.x, wanted.y);
+  glNamedFramebufferTexture(framebuffer, GL_COLOR_ATTACHMENT0, texture, 0);
+  size = wanted;
 }
 
-void PictureDisplay::set_preview(const PreviewPicture& picture) {
+void PictureDisplay::Screen::put(const Part& part, std::span<const std::uint8_t> rgb) {
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  glTextureSubImage2D(texture, 0, part.origin.x, part.origin.y, part.size.x, part.size.y, GL_RGB,
+                      GL_UNSIGNED_BYTE, rgb.data());
+}
+
+void PictureDisplay::set_preview(PreviewPicture picture) {
   Side& side = sides_[picture.side];
-  const glm::ivec2 size{picture.image.width, picture.image.height};
-  fit(side.preview, side.preview_size, size);
-  glTextureSubImage2D(side.preview, 0, 0, 0, size.x, size.y, GL_RGBA, GL_FLOAT,
-                      picture.image.rgba().data());
-  stale_ = true;
+  side.preview = std::move(picture.image);
   if (side.number != picture.number) side.number = 0;
-}
-
-void PictureDisplay::keep_view(const OcioView& view) {
-  if (view == view_) return;
-  glDeleteTextures(1, &view_codes_);
-  view_codes_ = view.config.empty() ? 0 : make_view_codes(view);
-  view_ = view;
+  stale_ = true;
 }
 
 void PictureDisplay::add_part(const ExactPart& part) {
   Side& side = sides_[part.side];
   if (side.number != part.number) {
-    fit(side.exact, side.exact_size, part.picture_size);
-    glClearTexImage(side.exact, 0, GL_RGBA, GL_FLOAT, missing);
+    side.exact = empty_picture(part.picture_size);
     side.number = part.number;
-    stale_ = true;
+    side.parts.clear();
+    side.encoded = 0;
   }
-  glTextureSubImage2D(side.exact, 0, part.origin.x, part.origin.y, part.size.x, part.size.y,
-                      GL_RGBA, GL_FLOAT, part.rgba.data());
-  pending_.push_back({part.side, part.origin, part.size});
+  copy(part.image, {0, 0}, side.exact, part.origin, size_of(part.image));
+  side.parts.push_back({part.origin, size_of(part.image)});
 }
 
 std::optional<Image> PictureDisplay::exact(std::uint64_t number, std::size_t side) const {
-  const Side& own = sides_[side];
-  if (number == 0 || own.number != number) return {};
-  const glm::ivec2 size = own.exact_size;
-  std::vector<float> rgba(4 * std::size_t(size.x) * std::size_t(size.y));
-  glGetTextureImage(own.exact, 0, GL_RGBA, GL_FLOAT, int(rgba.size() * sizeof(float)), rgba.data());
-  return Image{size.x, size.y, {{"", {"R", "G", "B", "A"}, std::move(rgba)}}, {}};
+  if (number == 0 || sides_[side].number != number) return {};
+  return sides_[side].exact;
 }
 
-void PictureDisplay::encode(GLuint picture, GLuint other, const Screen& to,
-                            const glm::ivec2& origin, const glm::ivec2& size) {
-  const bool difference = settings_.comparison == Comparison::difference;
-  glBindFramebuffer(GL_FRAMEBUFFER, to.framebuffer);
-  glEnable(GL_SCISSOR_TEST);
-  glScissor(origin.x, origin.y, size.x, size.y);
-  glDisable(GL_BLEND);
-  for (GLuint i = 0; i < 3; ++i) glBindSampler(i, 0);
-  glBindTextureUnit(0, picture);
-  glBindTextureUnit(1, difference ? other : picture);
-  if (view_codes_) glBindTextureUnit(2, view_codes_);
-  program_->set("by_view", int(view_codes_ && !difference));
-  program_->set("difference", int(difference));
-  program_->set("exposure", settings_.display.factor());
-  program_->set("tone_map", int(settings_.display.tone_map));
-  program_->set("gain", settings_.gain);
-  program_->set("background", settings_.background);
-  triangle_.draw(*program_, to.size.x, to.size.y);
-  glDisable(GL_SCISSOR_TEST);
-}
-
-void PictureDisplay::encode_previews() {
-  const GLuint other = sides_[1].preview;
-  for (Side& side : sides_) {
-    fit(side.encoded, side.preview_size);
-    encode(side.preview, other, side.encoded, {0, 0}, side.preview_size);
-    if (settings_.comparison != Comparison::wipe) break;
+std::vector<std::uint8_t> PictureDisplay::codes(std::size_t to, Image Side::*picture,
+                                                const Part& part) const {
+  const auto piece_of = [&](const Side& side) {
+    Image piece = empty_picture(part.size);
+    copy(side.*picture, part.origin, piece, {0, 0}, part.size);
+    return piece;
+  };
+  Image piece = piece_of(sides_[to]);
+  const bool comparable = size_of(sides_[0].*picture) == size_of(sides_[1].*picture);
+  if (settings_.comparison == Comparison::difference && comparable) {
+    show_difference(piece, piece_of(sides_[1]), settings_.gain);
+    return srgb_bytes(piece, {});
   }
+  add_background(piece, settings_.background, {});
+  return srgb_bytes(piece, settings_.display);
 }
 
-void PictureDisplay::show_previews(GLuint framebuffer, const glm::ivec2& size, bool flipped) {
-  const bool wipe = settings_.comparison == Comparison::wipe;
-  const int divider = wipe ? int(std::lround(settings_.divider * size.x)) : size.x;
-  glDisable(GL_SCISSOR_TEST);
-  for (std::size_t i = 0; i < (wipe ? 2u : 1u); ++i) {
-    const Screen& from = sides_[i].encoded;
-    glEnable(GL_SCISSOR_TEST);
-    glBindFramebuffer(GL_DRAW_FRAMEBUFFER, framebuffer);
-    glScissor(i ? divider : 0, 0, i ? size.x - divider : divider, size.y);
-    glBlitNamedFramebuffer(from.framebuffer, framebuffer, 0, 0, from.size.x, from.size.y, 0,
-                           flipped ? size.y : 0, size.x, flipped ? 0 : size.y, GL_COLOR_BUFFER_BIT,
-                           GL_LINEAR);
+const PictureDisplay::Screen& PictureDisplay::encode(std::size_t to, const glm::ivec2& size) {
+  Side& side = sides_[to];
+  // the parts of a difference are there once the right picture has them: it comes after the left
+  const Side& last = settings_.comparison == Comparison::difference ? sides_[1] : side;
+  if (stale_) {
+    side.encoded = 0;
+    const Part all{{0, 0}, size_of(side.preview)};
+    side.small.fit(all.size);
+    side.small.put(all, codes(to, &Side::preview, all));
   }
-  glDisable(GL_SCISSOR_TEST);
-}
-
-void PictureDisplay::encode_exact(const Part& part) {
-  const bool wipe = settings_.comparison == Comparison::wipe;
-  if (part.side == 1 && settings_.comparison == Comparison::none) return;
-  int first = part.origin.x, last = part.origin.x + part.size.x;
-  const int divider = int(std::lround(settings_.divider * screen_.size.x));
-  if (wipe) (part.side == 0 ? last : first) = std::clamp(divider, first, last);
-  if (first >= last) return;
-  const std::size_t picture = wipe ? part.side : 0;
-  if (sides_[picture].exact_size != screen_.size || sides_[picture].number == 0) return;
-  if (settings_.comparison == Comparison::difference &&
-      (sides_[1].exact_size != screen_.size || sides_[1].number == 0))
-    return;
-  encode(sides_[picture].exact, sides_[1].exact, screen_, {first, part.origin.y},
-         {last - first, part.size.y});
+  if (!side.number || !last.number || size_of(side.exact) != size || size_of(last.exact) != size)
+    return side.small;
+  if (side.encoded == 0) {
+    side.refined.fit(size);
+    blit(side.small.framebuffer, side.small.size, side.refined.framebuffer, size, false);
+  }
+  for (; side.encoded < last.parts.size(); ++side.encoded) {
+    const Part& part = last.parts[side.encoded];
+    side.refined.put(part, codes(to, &Side::exact, part));
+  }
+  return side.refined;
 }
 
 void PictureDisplay::draw(const glm::ivec2& size, const DisplaySettings& settings) {
+  settings_.divider = settings.divider;
   if (!(settings == settings_)) stale_ = true;
   settings_ = settings;
-  keep_view(settings.display.ocio);
-  const bool refining =
-      (sides_[0].number && sides_[0].exact_size == size) ||
-      (sides_[1].number && sides_[1].exact_size == size && settings.comparison != Comparison::none);
-  if (!refining) {
-    if (stale_) encode_previews();
-    show_previews(0, size, true);
-    glBindFramebuffer(GL_FRAMEBUFFER, 0);
-    glViewport(0, 0, size.x, size.y);
-    return;
-  }
-  if (stale_ || screen_.size != size) {
-    fit(screen_, size);
-    encode_previews();
-    show_previews(screen_.framebuffer, size, false);
-    pending_ = {{0, {0, 0}, size}, {1, {0, 0}, size}};
-    stale_ = false;
-  }
-  for (const Part& part : pending_) encode_exact(part);
-  pending_.clear();
-  glBlitNamedFramebuffer(screen_.framebuffer, 0, 0, 0, size.x, size.y, 0, size.y, size.x, 0,
-                         GL_COLOR_BUFFER_BIT, GL_NEAREST);
   glBindFramebuffer(GL_FRAMEBUFFER, 0);
   glViewport(0, 0, size.x, size.y);
+  const bool wipe = settings.comparison == Comparison::wipe;
+  const int divider = wipe ? int(std::lround(settings.divider * size.x)) : size.x;
+  for (std::size_t i = 0; i < (wipe ? 2u : 1u); ++i) {
+    const Screen& from = encode(i, size);
+    glEnable(GL_SCISSOR_TEST);
+    glScissor(i ? divider : 0, 0, i ? size.x - divider : divider, size.y);
+    blit(from.framebuffer, from.size, 0, size, true);
+    glDisable(GL_SCISSOR_TEST);
+  }
+  stale_ = false;
 }
 
 }  // namespace psivox::view

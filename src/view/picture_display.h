@@ -3,11 +3,12 @@
 #include <epoxy/gl.h>
 
 #include <array>
+#include <cstdint>
 #include <glm/vec3.hpp>
-#include <memory>
 #include <optional>
+#include <span>
+#include <vector>
 
-#include "gl/program.h"
 #include "view/picture_maker.h"
 
 namespace psivox::view {
@@ -25,58 +26,53 @@ struct DisplaySettings {
   bool operator==(const DisplaySettings&) const = default;
 };
 
-/// A texture to draw into and to show.
-struct Screen {
-  GLuint texture = 0, framebuffer = 0;
-  glm::ivec2 size{0};
-};
-
-/// The pictures in the window's context, and how they are shown. Radiance is encoded once, in the
-/// resolution of the picture: on a software renderer the pixels of the screen cost most.
+/// The pictures, and the window's textures that show them. Radiance is encoded once, in the
+/// resolution of the picture, by the code that writes it to a PNG.
 class PictureDisplay {
  public:
-  /// Throws Error(graphics).
   PictureDisplay();
-  ~PictureDisplay();
 
-  void set_preview(const PreviewPicture& picture);
+  void set_preview(PreviewPicture picture);
   /// Drops the parts of older wishes.
   void add_part(const ExactPart& part);
-  /// Reads back the parts of that wish's exact picture that have come; alpha is -1 in the others.
-  /// Unset if there are none.
+  /// The parts of that wish's exact picture that have come; 0 in the others. Unset if there are
+  /// none.
   std::optional<Image> exact(std::uint64_t number, std::size_t side) const;
 
   void draw(const glm::ivec2& size, const DisplaySettings& settings);
-  /// Builds the shader again from its folder. If that throws Error(graphics), the old one stays.
-  void reload_shader();
 
  private:
-  struct Side {
-    GLuint preview = 0, exact = 0;
-    glm::ivec2 preview_size{0}, exact_size{0};
-    std::uint64_t number = 0;  ///< the wish of `exact`; 0: none
-    Screen encoded;            ///< the preview as the screen shows it
-  };
+  /// A rectangle of a picture [pixels].
   struct Part {
-    std::size_t side;
-    glm::ivec2 origin, size;
+    glm::ivec2 origin{0}, size{0};
   };
-  void keep_view(const OcioView& view);
-  void encode(GLuint picture, GLuint other, const Screen& to, const glm::ivec2& origin,
-              const glm::ivec2& size);
-  void encode_previews();
-  void show_previews(GLuint framebuffer, const glm::ivec2& size, bool flipped);
-  void encode_exact(const Part& part);
+  /// A texture of sRGB codes.
+  struct Screen {
+    Screen() = default;
+    ~Screen();
+    Screen(const Screen&) = delete;
+    Screen& operator=(const Screen&) = delete;
+    void fit(const glm::ivec2& wanted);
+    void put(const Part& part, std::span<const std::uint8_t> rgb);
+
+    GLuint texture = 0, framebuffer = 0;
+    glm::ivec2 size{0};
+  };
+  struct Side {
+    Image preview, exact;
+    std::uint64_t number = 0;  ///< the wish of `exact`; 0: none
+    std::vector<Part> parts;   ///< of `exact` that have come
+    std::size_t encoded = 0;   ///< how many of them `refined` has
+    Screen small, refined;     ///< the preview, and parts over the enlarged preview
+  };
+  /// What side `to` shows of a rectangle of both sides' pictures.
+  std::vector<std::uint8_t> codes(std::size_t to, Image Side::*picture, const Part& part) const;
+  /// Completes the textures of a side in a window of that size; returns the one to show.
+  const Screen& encode(std::size_t to, const glm::ivec2& size);
 
   std::array<Side, 2> sides_;
-  Screen screen_;  ///< previews, and over them the exact parts
-  std::unique_ptr<gl::Program> program_;
-  gl::Triangle triangle_;
-  GLuint view_codes_ = 0;  ///< a table of view_'s codes; 0: sRGB
-  OcioView view_;
   DisplaySettings settings_;
-  bool stale_ = true;          ///< screen_ has to be drawn again
-  std::vector<Part> pending_;  ///< parts that screen_ lacks
+  bool stale_ = true;  ///< all has to be encoded again
 };
 
 }  // namespace psivox::view

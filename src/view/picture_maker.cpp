@@ -19,25 +19,15 @@ DoneTile whole(const Image& image) {
 }  // namespace
 
 PictureMaker::PictureMaker(const ViewerOptions& options, int device, std::function<void()> on_news)
-    : options_(options),
+    : Worker(std::move(on_news)),
+      options_(options),
       context_{device, options.debug},
-      on_news_(std::move(on_news)),
-      pace_(options.frame_budget_ms),
-      thread_([this](const std::stop_token& stop) { run(stop); }) {}
-
-PictureMaker::~PictureMaker() {
-  thread_.request_stop();
-  ++newest_;
-  changed_.notify_all();
-  thread_.join();
+      pace_(options.frame_budget_ms) {
+  start([this](const std::stop_token& stop) { run(stop); });
 }
 
-void PictureMaker::post(const std::function<void()>& change) {
-  {
-    const std::lock_guard lock(mutex_);
-    change();
-  }
-  changed_.notify_all();
+PictureMaker::~PictureMaker() {
+  stop([&] { ++newest_; });
 }
 
 void PictureMaker::wish(PictureWish wish) {
@@ -70,23 +60,10 @@ PictureNews PictureMaker::news() {
   return news;
 }
 
-std::optional<WorkStage> PictureMaker::progress() const {
-  const std::lock_guard lock(mutex_);
-  return progress_;
-}
-
 void PictureMaker::stage(const std::string& name, double fraction) {
   const std::lock_guard lock(mutex_);
   progress_.reset();
   if (!name.empty()) progress_ = {name, fraction};
-}
-
-void PictureMaker::tell(const std::function<void(PictureNews&)>& change) {
-  {
-    const std::lock_guard lock(mutex_);
-    change(news_);
-  }
-  on_news_();
 }
 
 void PictureMaker::check_current(std::uint64_t number) const {
@@ -122,7 +99,7 @@ void PictureMaker::serve(const std::stop_token& stop) {
       const std::lock_guard lock(mutex_);
       if (!wish_ && newest_ == current.number) wish_ = current;  // it was only interrupted
     } catch (const std::exception& error) {
-      tell([&](PictureNews& news) { news.errors.emplace_back(error.what()); });
+      tell([&] { news_.errors.emplace_back(error.what()); });
     }
     stage("", 0);
   }
@@ -192,14 +169,14 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
     images.push_back(std::move(drawn.image));
   }
   const glm::dvec2 range = show_layer(wish.layer, images);
-  tell([&](PictureNews& news) {
-    news.previews.clear();
+  tell([&] {
+    news_.previews.clear();
     for (std::size_t side = 0; side < images.size(); ++side)
-      news.previews.push_back({wish.number, side, std::move(images[side])});
-    news.state.shown = wish.number;
-    news.state.rung = rung;
-    news.state.preview_ms = sum_ms;
-    news.state.layer_range = range;
+      news_.previews.push_back({wish.number, side, std::move(images[side])});
+    news_.state.shown = wish.number;
+    news_.state.rung = rung;
+    news_.state.preview_ms = sum_ms;
+    news_.state.layer_range = range;
   });
   pace_.took(rung, sum_ms);
 }
@@ -207,7 +184,7 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
 void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {
   if (wish.volume != shown_) return;  // its light may be missing
   if (const auto point = wish.volume->session->pick(wish.scenes.front(), pixel))
-    tell([&](PictureNews& news) { news.picked = point; });
+    tell([&] { news_.picked = point; });
 }
 
 void PictureMaker::renew_renderer() {
@@ -233,29 +210,33 @@ void PictureMaker::refine(const PictureWish& wish) {
     news_.parts.clear();
     news_.state.estimated_rms.reset();
   }
-  if (wish.layer == ShownLayer::picture)
-    for (std::size_t side = 0; side < wish.scenes.size(); ++side) refine_side(wish, side);
-  else
-    refine_layers(wish);
-  tell([&](PictureNews& news) {
-    if (options_.count_objects) news.state.objects = gl::count_objects();
-    news.state.refined = wish.number;
-    news.state.refine_ms = refining.ms();
+  std::vector<Image> images;
+  for (std::size_t side = 0; side < wish.scenes.size(); ++side)
+    images.push_back(refine_side(wish, side));
+  const glm::dvec2 range = show_layer(wish.layer, images);
+  for (std::size_t side = 0; side < images.size() && wish.layer != ShownLayer::picture; ++side)
+    add_part(wish, side, whole(images[side]));
+  tell([&] {
+    if (options_.count_objects) news_.state.objects = gl::count_objects();
+    news_.state.refined = wish.number;
+    news_.state.layer_range = range;
+    news_.state.refine_ms = refining.ms();
   });
 }
 
 void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile) {
   const glm::ivec2 size = wish.scenes[side].resolution;
-  ExactPart part{wish.number, side, size, {tile.x, tile.y}, {tile.width, tile.height}, {}};
-  part.rgba.reserve(std::size_t(tile.width) * std::size_t(tile.height) * 4);
+  std::vector<float> values;
+  values.reserve(std::size_t(tile.width) * std::size_t(tile.height) * 4);
   for (int y = tile.y; y < tile.y + tile.height; ++y) {
     const float* row =
         tile.picture + 4 * (std::size_t(y) * std::size_t(size.x) + std::size_t(tile.x));
-    part.rgba.insert(part.rgba.end(), row, row + 4 * std::size_t(tile.width));
+    values.insert(values.end(), row, row + 4 * std::size_t(tile.width));
   }
+  Image image{tile.width, tile.height, {{"", {"R", "G", "B", "A"}, std::move(values)}}, {}};
   const std::lock_guard lock(mutex_);
   if (!news_.parts.empty() && news_.parts.front().number != wish.number) news_.parts.clear();
-  news_.parts.push_back(std::move(part));
+  news_.parts.push_back({wish.number, side, size, {tile.x, tile.y}, std::move(image)});
   news_.state.begun = wish.number;
 }
 
@@ -277,32 +258,19 @@ Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
   return exact;
 }
 
-void PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
+Image PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   Wish exact = exact_wish(wish, side);
-  const Scene& scene = wish.scenes[side];
-  if (scene.renderer == RendererKind::gl && !scene.shows(Shows::plane)) {
-    exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
-    draw(wish, side, exact);
-  } else {
-    add_part(wish, side, whole(draw(wish, side, exact).image));
-  }
-}
-
-void PictureMaker::refine_layers(const PictureWish& wish) {
-  std::vector<Image> images;
-  for (std::size_t side = 0; side < wish.scenes.size(); ++side) {
-    Wish exact = exact_wish(wish, side);
-    ask_for(wish.layer, exact);
-    // of the reference's layers there is `error` alone
-    if (exact.scene->renderer == RendererKind::reference && !exact.layers.error)
-      exact.scene->renderer = RendererKind::gl;
-    images.push_back(draw(wish, side, exact).image);
-  }
-  const glm::dvec2 range = show_layer(wish.layer, images);
-  for (std::size_t side = 0; side < images.size(); ++side)
-    add_part(wish, side, whole(images[side]));
-  const std::lock_guard lock(mutex_);
-  news_.state.layer_range = range;
+  ask_for(wish.layer, exact);
+  Scene& scene = *exact.scene;
+  const bool picture = wish.layer == ShownLayer::picture;
+  // of the reference's layers there is `error` alone
+  if (scene.renderer == RendererKind::reference && !picture && !exact.layers.error)
+    scene.renderer = RendererKind::gl;
+  const bool in_tiles = picture && scene.renderer == RendererKind::gl && !scene.shows(Shows::plane);
+  if (in_tiles) exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
+  Image image = draw(wish, side, exact).image;
+  if (picture && !in_tiles) add_part(wish, side, whole(image));
+  return image;
 }
 
 Drawn PictureMaker::draw(const PictureWish& wish, std::size_t side, const Wish& exact) {

@@ -2,15 +2,12 @@
 
 #include <algorithm>
 #include <atomic>
-#include <condition_variable>
 #include <exception>
 #include <functional>
 #include <glm/vec2.hpp>
-#include <mutex>
 #include <optional>
 #include <span>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "gl/gl_renderer.h"
@@ -106,8 +103,8 @@ struct ExactPart {
   std::uint64_t number = 0;
   std::size_t side = 0;
   glm::ivec2 picture_size{0};
-  glm::ivec2 origin{0}, size{0};
-  std::vector<float> rgba;
+  glm::ivec2 origin{0};  ///< of `image` in the picture
+  Image image;
 };
 
 /// Progress of the pictures that the window asked for. Its wishes are numbered from 1.
@@ -141,7 +138,7 @@ struct PictureNews {
 /// that the window answers whatever the march, its compiler or an upload take, and so that the
 /// exact picture is the command's. While wishes change it draws previews at its pace, and
 /// when the window says that it is at rest, it refines.
-class PictureMaker {
+class PictureMaker : public Worker {
  public:
   /// `device` as --device takes it. The thread calls `on_news`.
   PictureMaker(const ViewerOptions& options, int device, std::function<void()> on_news);
@@ -157,13 +154,8 @@ class PictureMaker {
   /// Builds the shaders anew from their folder.
   void reload_shaders();
   PictureNews news();
-  /// The stage of work that takes longer than a picture, and how much of it is done; 0: not known.
-  /// nullopt: there is no such work.
-  std::optional<WorkStage> progress() const;
 
  private:
-  /// Changes what the thread is to do, and wakes it.
-  void post(const std::function<void()>& change);
   void run(const std::stop_token& stop);
   void serve(const std::stop_token& stop);
   void make(const PictureWish& wish, const std::stop_token& stop);
@@ -174,12 +166,11 @@ class PictureMaker {
   void renew_renderer();
   void stage(const std::string& name, double fraction);
   void check_current(std::uint64_t number) const;
-  /// Adds to the news, and has the window take them.
-  void tell(const std::function<void(PictureNews&)>& change);
 
   void refine(const PictureWish& wish);
-  void refine_side(const PictureWish& wish, std::size_t side);
-  void refine_layers(const PictureWish& wish);
+  /// Draws one side. The parts of a picture go to the window; the colours of a layer depend on
+  /// both.
+  Image refine_side(const PictureWish& wish, std::size_t side);
   /// The wish to the session for one side of a comparison. The window shows its progress.
   Wish exact_wish(const PictureWish& wish, std::size_t side);
   Drawn draw(const PictureWish& wish, std::size_t side, const Wish& exact);
@@ -190,9 +181,7 @@ class PictureMaker {
 
   ViewerOptions options_;
   ContextOptions context_;
-  std::function<void()> on_news_;
-  mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  // guarded
   std::optional<PictureWish> wish_;
   std::optional<glm::dvec2> pick_;
   std::uint64_t resting_ = 0;  ///< the wish of the last rest()
@@ -201,13 +190,11 @@ class PictureMaker {
   std::atomic<bool> interrupted_{false};  ///< a pick or a reload does not wait for a refinement
   PictureNews news_;
   ShownLayer layer_ = ShownLayer::picture;  ///< of the last wish
-  std::optional<WorkStage> progress_;
 
   // the thread's own
   std::shared_ptr<Marcher> gpu_;
   std::shared_ptr<Volume> shown_;  ///< which the GPU has drawn
   Pace pace_;
-  std::jthread thread_;
 };
 
 }  // namespace psivox::view

@@ -231,21 +231,16 @@ bool TransferEditor::drag_points(bool hovered) {
     }
     dragging_ = true;
   }
-  if (!dragging_) return changed;
-  if (!ImGui::IsMouseDown(ImGuiMouseButton_Left)) {
-    dragging_ = false;
-    return changed;
-  }
-  if (selected_ >= 0 && (io.MouseDelta.x != 0 || io.MouseDelta.y != 0)) {
-    const auto i = std::size_t(selected_);
-    TransferPoint moved = canvas_.point_at(mouse);
-    moved.color = points_[i].color;
-    if (i > 0) moved.value = std::max(moved.value, points_[i - 1].value);
-    if (i + 1 < points_.size()) moved.value = std::min(moved.value, points_[i + 1].value);
-    points_[i] = moved;
-    changed = true;
-  }
-  return changed;
+  dragging_ &= ImGui::IsMouseDown(ImGuiMouseButton_Left);
+  const bool moves = io.MouseDelta.x != 0 || io.MouseDelta.y != 0;
+  if (!dragging_ || selected_ < 0 || !moves) return changed;
+  const auto i = std::size_t(selected_);
+  TransferPoint moved = canvas_.point_at(mouse);
+  moved.color = points_[i].color;
+  if (i > 0) moved.value = std::max(moved.value, points_[i - 1].value);
+  if (i + 1 < points_.size()) moved.value = std::min(moved.value, points_[i + 1].value);
+  points_[i] = moved;
+  return true;
 }
 
 bool TransferEditor::draw_selected() {
@@ -272,48 +267,47 @@ bool TransferEditor::draw_selected() {
   return changed;
 }
 
-void TransferEditor::write(Scene& scene) {
-  write_text(own_file_, to_json(TransferFunction(points_, has_color_)));
-  set_valid(scene, "transfer-function", own_file_);
+void TransferEditor::write(const std::string& path) const {
+  write_text(path, to_json(TransferFunction(points_, has_color_)));
 }
 
-bool TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
+void TransferEditor::name(Scene& scene, const std::string& path) {
+  set_valid(scene, "transfer-function", path);
+  taken_from_.clear();
+}
+
+void TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
   take(volume, scene);
-  enum class Action { none, edit, load, save, clear } action = Action::none;
   sliding_ = false;  // of a hidden panel, too
-  if (ImGui::Begin("Transfer function", &open)) {
-    const bool dragged = draw_canvas(volume.histogram);
-    const bool stretched = slide_opacity() | slide_range();
-    if (draw_selected() || dragged || stretched) action = Action::edit;
-    ImGui::InputText("file", &path_);
-    if (ImGui::Button("load")) action = Action::load;
-    ImGui::SameLine();
-    if (ImGui::Button("save")) action = Action::save;
-    ImGui::SameLine();
-    if (!scene.transfer_function.empty() && ImGui::Button("none")) action = Action::clear;
-  }
-  ImGui::End();
-  if (action == Action::none) return false;
-  if (action == Action::edit) {
+  const Panel panel("Transfer function", &open);
+  if (!panel) return;
+  const bool dragged = draw_canvas(volume.histogram);
+  const bool stretched = slide_opacity() | slide_range();
+  if (draw_selected() || dragged || stretched) {
     // `auto` would undo a change of all attenuations at once.
     if (!scene.extinction) scene.extinction = three_digits(volume.extinction);
-    write(scene);
-    return true;
+    write(own_file_);
+    set_valid(scene, "transfer-function", own_file_);
   }
-  if (action == Action::save) write_text(path_, to_json(TransferFunction(points_, has_color_)));
-  if (action == Action::load) {
+  ImGui::InputText("file", &path_);
+  if (ImGui::Button("load")) {
     points_ = read_transfer_function(path_).points();
     selected_ = -1;
+    name(scene, path_);
   }
-  set_valid(scene, "transfer-function", action == Action::clear ? "" : path_);
-  taken_from_.clear();
-  return true;
+  ImGui::SameLine();
+  if (ImGui::Button("save")) {
+    write(path_);
+    name(scene, path_);
+  }
+  ImGui::SameLine();
+  if (!scene.transfer_function.empty() && ImGui::Button("none")) name(scene, "");
 }
 
 std::optional<std::string> TransferEditor::keep(Scene& scene) {
   if (scene.transfer_function != own_file_) return std::nullopt;
   const std::string name = unused_name("transfer");
-  write_text(name, to_json(TransferFunction(points_, has_color_)));
+  write(name);
   scene.transfer_function = name;
   return name;
 }

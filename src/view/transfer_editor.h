@@ -43,9 +43,9 @@ class TransferEditor {
   TransferEditor(const TransferEditor&) = delete;
   TransferEditor& operator=(const TransferEditor&) = delete;
 
-  /// Draws the panel; its close button clears `open`. True if the scene was changed: it then names
-  /// the edited file. Throws Error(input), Error(output) for files.
-  bool draw(Scene& scene, const Volume& volume, bool& open);
+  /// Draws the panel; its close button clears `open`. A scene that is changed names the edited
+  /// file. Throws Error(input), Error(output) for files.
+  void draw(Scene& scene, const Volume& volume, bool& open);
 
   /// If the scene names the viewer's own file, copies it to the working directory, has the scene
   /// name the copy and returns its name. Throws Error(output).
@@ -66,7 +66,8 @@ class TransferEditor {
   bool draw_canvas(const Histogram& histogram);
   bool drag_points(bool hovered);
   bool draw_selected();
-  void write(Scene& scene);
+  void write(const std::string& path) const;
+  void name(Scene& scene, const std::string& path);
   bool slide_range();
   bool slide_opacity();
   void fit_top();

@@ -28,17 +28,13 @@ Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
       volume_(Window::wake),
       maker_(options, scene.device, Window::wake),
       messages_([this] { redraw(3); }),
-      look_(scene),
-      scene_(scene) {
-  look_.start_again(scene_);
-  if (!options.inputs.empty())
-    inputs_ = options.inputs;
-  else if (!scene_.input.empty())
-    inputs_ = {scene_.input};
-  if (inputs_.empty()) return;
-  panels_.open_path = inputs_.front();
-  sequence_ = Sequence::of(inputs_);
-  scene_.input = sequence_.path();
+      now_{scene, LookChoice(scene), {}, options.inputs} {
+  now_.look.start_again(now_.scene);
+  if (now_.inputs.empty() && !now_.scene.input.empty()) now_.inputs = {now_.scene.input};
+  if (now_.inputs.empty()) return;
+  panels_.open_path = now_.inputs.front();
+  now_.sequence = Sequence::of(now_.inputs);
+  now_.scene.input = now_.sequence.path();
 }
 
 Viewer::~Viewer() {
@@ -46,7 +42,7 @@ Viewer::~Viewer() {
 }
 
 Scene Viewer::scene() const {
-  Scene scene = scene_;
+  Scene scene = now_.scene;
   const glm::ivec2 size = window_.size();
   if (size.x > 0 && size.y > 0) scene.resolution = size;
   if (!camera_due_) navigation_.apply(scene);
@@ -67,7 +63,7 @@ void Viewer::redraw(int frames) { frames_due_ = std::max(frames_due_, frames); }
 
 void Viewer::take_look() {
   fallback_.reset();
-  const std::string chosen = look_.take(*volume(), scene_);
+  const std::string chosen = now_.look.take(*volume(), now_.scene);
   if (chosen.empty()) return;
   messages_.say(chosen);
   if (!options_.quiet && options_.tell_look) options_.tell_look(*volume()->chosen);
@@ -76,36 +72,32 @@ void Viewer::take_look() {
 void Viewer::take_volume(bool first) {
   take_look();
   if (camera_due_) {
-    if (!first || !navigation_.moved()) navigation_.reset(scene_, *volume()->subject);
+    if (!first || !navigation_.moved()) navigation_.reset(now_.scene, *volume()->subject);
     camera_due_ = false;
     navigation_.set_viewport(scene().resolution);
-    remember_file(inputs_.size() == 1 ? inputs_.front() : scene_.input);
+    remember_file(now_.inputs.size() == 1 ? now_.inputs.front() : now_.scene.input);
   }
   navigation_.set_subject(*volume()->subject);
   // the default camera frames what the volume shows
   if (!navigation_.moved()) navigation_.reset(scene(), *volume()->subject);
-  window_.set_title(std::filesystem::path(scene_.input).filename().string() + " - psivox");
+  window_.set_title(std::filesystem::path(now_.scene.input).filename().string() + " - psivox");
   if (options_.quiet) return;
   for (const std::string& notice : volume()->notices)
     std::fprintf(stderr, "psivox: %s\n", notice.c_str());
 }
 
 void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
-  if (!volume() && (!fallback_ || fallback_->scene.input == scene_.input)) {
+  if (!volume() && (!fallback_ || fallback_->scene.input == now_.scene.input)) {
     first_error_ = refusal;
     return;
   }
-  error(message_of(refusal));
+  messages_.error(message_of(refusal));
   if (fallback_) {
-    Fallback before = *std::exchange(fallback_, {});
-    scene_ = before.scene;
-    look_ = before.look;
-    sequence_ = before.sequence;
-    inputs_ = before.inputs;
-  } else if (!sequence_.empty() && scene_.input != volume()->scene.input) {
+    now_ = *std::exchange(fallback_, {});
+  } else if (!now_.sequence.empty() && now_.scene.input != volume()->scene.input) {
     return;  // the next frame may be better
   } else {
-    scene_ = with_medium_of(*volume(), scene_);
+    now_.scene = with_medium_of(*volume(), now_.scene);
   }
   if (!camera_due_ || !volume()) return;
   camera_due_ = false;
@@ -115,15 +107,16 @@ void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
 void Viewer::take_volume_news() {
   const bool first = !volume();
   const CurrentVolume::News news = volume_.take_news();
-  if (news.box_known) {
+  if (news.subject && volume_.first_subject()) {
     redraw(3);
     try {
-      if (camera_due_ && !navigation_.moved()) navigation_.reset(scene_, *volume_.box());
+      if (camera_due_ && !navigation_.moved())
+        navigation_.reset(now_.scene, *volume_.first_subject());
     } catch (const Error&) {  // loading the volume reports the same error
     }
   }
   if (news.error) return keep_old_volume(news.error);
-  if (!news.arrived) return;
+  if (!news.volume) return;
   redraw(3);
   try {
     take_volume(first);
@@ -134,11 +127,11 @@ void Viewer::take_volume_news() {
 }
 
 void Viewer::take_pictures() {
-  const PictureNews news = maker_.news();
-  for (const PreviewPicture& picture : news.previews) {
-    display_.set_preview(picture);
-    if (!scene_.exposure && picture.side == 0)
-      auto_exposure_ = psivox::auto_exposure(picture.image, scene_.tone_map);
+  PictureNews news = maker_.news();
+  for (PreviewPicture& picture : news.previews) {
+    if (!now_.scene.exposure && picture.side == 0)
+      auto_exposure_ = psivox::auto_exposure(picture.image, now_.scene.tone_map);
+    display_.set_preview(std::move(picture));
     redraw(1);
   }
   for (const ExactPart& part : news.parts)
@@ -149,12 +142,12 @@ void Viewer::take_pictures() {
   pictures_.wished = wished;
   if (news.picked) navigation_.set_pivot(*news.picked);
   if (news.fatal && !pictures_.shown) first_error_ = news.fatal;
-  for (const std::string& message : news.errors) error(message);
+  for (const std::string& message : news.errors) messages_.error(message);
 }
 
 void Viewer::take_saved() {
   if (!saving() || saving_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return;
-  attempt([&] {
+  messages_.attempt([&] {
     saving_.get();
     messages_.say("saved " + saved_path_);
   });
@@ -165,7 +158,7 @@ void Viewer::take_news() {
   take_pictures();
   take_saved();
   if (first_error_) std::rethrow_exception(first_error_);
-  if (options_.watch && watch_.changed(scene_.input)) {
+  if (options_.watch && watch_.changed(now_.scene.input)) {
     volume_.reload();
     messages_.say("read again");
   }
@@ -187,33 +180,33 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
   try {
     for (const Scene& scene : scenes) validate(scene);
   } catch (const Error& e) {
-    if (at_hand) error(e.what());
+    if (at_hand) messages_.error(e.what());
     return;
   }
   quiet_s_ = 0;
   maker_.wish({++pictures_.wished, volume_.get(), std::move(scenes), layer_});
-  if (!at_hand || !sequence_.playing) return;
+  if (!at_hand || !now_.sequence.playing) return;
   Scene after = wanted;
-  after.input = sequence_.file(sequence_.next());
-  volume_.prefetch(after, sequence_.samples());
+  after.input = now_.sequence.file(now_.sequence.next());
+  volume_.prefetch(after, now_.sequence.samples());
 }
 
 void Viewer::follow_sequence() {
-  if (sequence_.empty() || scene_.input == sequence_.path()) return;
-  if (!scene_.camera_position) navigation_.hold();
+  if (now_.sequence.empty() || now_.scene.input == now_.sequence.path()) return;
+  if (!now_.scene.camera_position) navigation_.hold();
   // what auto chose for a file counts for those beside it; for a named sequence it was chosen
-  if (at_hand_ && sequence_.samples().empty()) look_.hold(*volume(), scene_);
-  if (at_hand_ && !scene_.exposure) scene_.exposure = auto_exposure_;
-  scene_.input = sequence_.path();
+  if (at_hand_ && now_.sequence.samples().empty()) now_.look.hold(*volume(), now_.scene);
+  if (at_hand_ && !now_.scene.exposure) now_.scene.exposure = auto_exposure_;
+  now_.scene.input = now_.sequence.path();
 }
 
 void Viewer::update_wishes() {
   follow_sequence();
   const glm::ivec2 size = window_.size();
-  if (size.x < 1 || size.y < 1 || scene_.input.empty()) return;
+  if (size.x < 1 || size.y < 1 || now_.scene.input.empty()) return;
   navigation_.set_viewport(size);
   const Scene wanted = scene();
-  at_hand_ = volume_.wish(wanted, sequence_.samples());
+  at_hand_ = volume_.wish(wanted, now_.sequence.samples());
   if (volume()) wish_pictures(wanted, at_hand_);
 }
 
@@ -239,15 +232,13 @@ void Viewer::handle(const Event& event) {
     case Kind::key:
       controls_.key(event);
       break;
-    case Kind::text:
-    case Kind::scale:
-    case Kind::refresh:  // the window is drawn after every event
-      break;
     case Kind::drop:
       if (!event.files.empty()) open(event.files);
       break;
     case Kind::close:
       closed_ = true;
+      break;
+    default:  // the window is drawn after every event
       break;
   }
 }
@@ -255,10 +246,10 @@ void Viewer::handle(const Event& event) {
 void Viewer::draw(double seconds) {
   const glm::ivec2 size = window_.size();
   if (size.x < 1 || size.y < 1) return;
-  settings_.background = scene_.background.value_or(no_background).color;
+  settings_.background = now_.scene.background.value_or(no_background).color;
   settings_.display = {};  // of a layer, whose colours mean values
   if (layer_ == ShownLayer::picture) {
-    settings_.display = display_of(scene_);
+    settings_.display = display_of(now_.scene);
     settings_.display.exposure = exposure();
   }
   display_.draw(size, settings_);
@@ -266,13 +257,13 @@ void Viewer::draw(double seconds) {
   draw_panels(*this);
   gui_.end_frame();
   if (options_.debug)
-    for (const std::string& problem : window_.problems()) error("OpenGL: " + problem);
+    for (const std::string& problem : window_.problems()) messages_.error("OpenGL: " + problem);
   if (!photograph_.empty()) write_image(window_.grab(), std::exchange(photograph_, {}));
   window_.swap();
 }
 
 bool Viewer::frame(double wait_s) {
-  const bool moving = controls_.flying() || sequence_.playing;
+  const bool moving = controls_.flying() || now_.sequence.playing;
   const bool busy = moving || loading() || pictures_.refined != pictures_.wished || saving();
   double wait = frames_due_ > 0 ? 0 : busy ? std::min(wait_s, 0.1) : wait_s;
   if (moving) wait = std::min(wait, 0.01);
@@ -287,7 +278,7 @@ bool Viewer::frame(double wait_s) {
   const double seconds = std::chrono::duration<double>(now - last_frame_).count();
   if (controls_.fly(now)) redraw(1);
   take_news();
-  if (!loading() && pictures_.shown == pictures_.wished) sequence_.play(now);
+  if (!loading() && pictures_.shown == pictures_.wished) now_.sequence.play(now);
   update_wishes();
   notice_rest();
   // Progress is shown ten times a second: drawing the window takes time from the work.

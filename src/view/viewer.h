@@ -44,9 +44,6 @@ class Controls {
   bool flying() const { return speed_ != glm::dvec3(0); }
 
  private:
-  void look(Axis axis, const Event& event);
-  /// What a key does that is pressed.
-  void command(const Event& event);
   /// True if the key is one of flight and nothing else.
   bool steer(const Event& event);
   /// Whether this is the second click of two.
@@ -62,31 +59,15 @@ class Controls {
   Clock::time_point flown_{};
 };
 
-/// A row of the keyboard help, in the window and in docs/preview.md.
-struct KeyHelp {
+/// What a key does, or a drag: a row of the help in the window and in docs/preview.md.
+struct Command {
   const char* keys;
   const char* what;
+  std::vector<int> codes = {};  ///< GLFW's; none: Controls has it itself
+  std::function<void(Viewer&, const Event&)> act = {};
 };
 
-inline constexpr KeyHelp key_help[] = {
-    {"left drag", "orbit around the pivot"},
-    {"middle drag", "pan"},
-    {"wheel, right drag", "dolly towards the pivot"},
-    {"double click", "pivot on what is under the pointer"},
-    {"W A S D, E Q", "fly forward, left, back, right, up, down"},
-    {"F", "frame all"},
-    {"1 3 7", "view from the front, the right, above; with Shift or Ctrl from the other side"},
-    {"O", "orthographic or perspective"},
-    {"T", "transfer function"},
-    {"X", "one picture, two with a divider, signed difference"},
-    {"Space", "play or pause a sequence"},
-    {"Left, Right", "frame before, frame after"},
-    {"R", "read file and shaders again"},
-    {"Ctrl+S", "save the picture"},
-    {"Ctrl+C", "copy as command line"},
-    {"Tab", "panel"},
-    {"? or H", "this help"},
-};
+const std::vector<Command>& commands();
 
 /// The preview: a window, what it shows, and the threads that make it.
 class Viewer {
@@ -121,34 +102,32 @@ class Viewer {
   void edit_transfer_function();
   /// Writes what the window shows to a .png.
   void photograph(const std::string& path);
-  void error(const std::string& message) { messages_.error(message); }
-  /// What `action` throws becomes an error that the window shows.
-  void attempt(const std::function<void()>& action) { messages_.attempt(action); }
 
   ViewerOptions& options() { return options_; }
   Window& window() { return window_; }
   const Gui& gui() const { return gui_; }
   Navigation& navigation() { return navigation_; }
-  Sequence& sequence() { return sequence_; }
-  const Sequence& sequence() const { return sequence_; }
+  Sequence& sequence() { return now_.sequence; }
+  const Sequence& sequence() const { return now_.sequence; }
   Panels& panels() { return panels_; }
   DisplaySettings& display() { return settings_; }
-  const LookChoice& look() const { return look_; }
+  const LookChoice& look() const { return now_.look; }
   const TransferEditor& transfer_editor() const { return editor_; }
+  Messages& messages() { return messages_; }
   const Messages& messages() const { return messages_; }
   const PictureState& pictures() const { return pictures_; }
 
   /// The scene to show, in the window's resolution.
   Scene scene() const;
-  const std::string& input() const { return scene_.input; }
+  const std::string& input() const { return now_.scene.input; }
   /// The right side of a comparison; its method counts.
   const std::optional<Scene>& other() const { return other_; }
   ShownLayer layer() const { return layer_; }
   /// The window's exposure [powers of 2]: the scene's, or what `auto` chose for the last preview.
-  double exposure() const { return scene_.exposure.value_or(auto_exposure_); }
+  double exposure() const { return now_.scene.exposure.value_or(auto_exposure_); }
   const Volume* volume() const { return volume_.get().get(); }
   bool loading() const { return volume_.loading(); }
-  const std::optional<Subject>& box() const { return volume_.box(); }
+  const Subject* first_subject() const { return volume_.first_subject().get(); }
   std::optional<WorkStage> loading_stage() const { return volume_.progress(); }
   std::optional<WorkStage> drawing_stage() const { return maker_.progress(); }
   bool saving() const { return saving_.valid(); }
@@ -160,6 +139,14 @@ class Viewer {
 
  private:
   using Clock = std::chrono::steady_clock;
+
+  /// The files that were opened, and how they are shown.
+  struct Opened {
+    Scene scene;  ///< navigation_ has its camera once that was moved
+    LookChoice look;
+    Sequence sequence;
+    std::vector<std::string> inputs;
+  };
 
   void handle(const Event& event);
   /// Draws at least so many of the next frames.
@@ -175,8 +162,6 @@ class Viewer {
   void keep_old_volume(const std::exception_ptr& refusal);
   void take_pictures();
   void take_saved();
-  /// Remembers what the window shows, to return to it if the next volume is refused.
-  void keep_fallback();
   void follow_sequence();
   void update_wishes();
   /// Has the last wish refined once nothing has changed for a moment.
@@ -196,29 +181,19 @@ class Viewer {
   Panels panels_;
   Messages messages_;
   FileWatch watch_;
-  std::vector<std::string> inputs_;  ///< that were opened
-  Sequence sequence_;
   DisplaySettings settings_;
 
-  LookChoice look_;
-  Scene scene_;                 ///< to show; navigation_ has its camera once that was moved
-  std::optional<Scene> other_;  ///< of a comparison
+  Opened now_;
+  std::optional<Opened> fallback_;  ///< before the file or look in preparation was asked for
+  std::optional<Scene> other_;      ///< of a comparison
   ShownLayer layer_ = ShownLayer::picture;
   double auto_exposure_ = 0;
   PictureState pictures_;
-  std::string posted_;        ///< text of the last wish
-  double quiet_s_ = 0;        ///< waited for events since that wish
-  std::uint64_t rested_ = 0;  ///< the last wish that may be refined
-  bool at_hand_ = false;      ///< the volume is the scene's
-  bool camera_due_ = true;    ///< the next volume brings its own camera
-  /// What the window showed before the file or look in preparation was asked for.
-  struct Fallback {
-    Scene scene;
-    LookChoice look;
-    Sequence sequence;
-    std::vector<std::string> inputs;
-  };
-  std::optional<Fallback> fallback_;
+  std::string posted_;              ///< text of the last wish
+  double quiet_s_ = 0;              ///< waited for events since that wish
+  std::uint64_t rested_ = 0;        ///< the last wish that may be refined
+  bool at_hand_ = false;            ///< the volume is the scene's
+  bool camera_due_ = true;          ///< the next volume brings its own camera
   std::exception_ptr first_error_;  ///< after which the window would never show anything
   std::string photograph_;          ///< file for the next frame; empty: none
   std::string saved_path_;

@@ -1,6 +1,7 @@
 // The commands of keys, panels and drops.
 
 #include <algorithm>
+#include <set>
 
 #include "app/command_text.h"
 #include "base/text_file.h"
@@ -20,34 +21,25 @@ bool same_camera(const Scene& a, const Scene& b) {
 
 /// The scene without names of grids, values and places, which belong to its file.
 Scene for_another_file(Scene scene) {
-  scene.grid.clear();
+  static const std::set<std::string> of_file{
+      "grid", "camera-position", "camera-target", "ortho-width", "extinction", "range", "isovalue"};
   for (const Parameter& p : parameters())
-    if (names_side_grid(p)) set_default(scene, p);
-  for (std::optional<glm::dvec3> Scene::*place : {&Scene::camera_position, &Scene::camera_target})
-    (scene.*place).reset();
-  scene.ortho_width.reset();
-  scene.extinction.reset();
-  scene.range.reset();
-  scene.isovalue.reset();
+    if (names_side_grid(p) || of_file.contains(p.name)) set_default(scene, p);
   return scene;
 }
 
 }  // namespace
 
-void Viewer::keep_fallback() {
-  if (!fallback_) fallback_ = Fallback{scene_, look_, sequence_, inputs_};
-}
-
 void Viewer::open(const std::vector<std::string>& inputs) {
-  attempt([&] {
+  messages_.attempt([&] {
     Sequence sequence = Sequence::of(inputs);
-    keep_fallback();
-    sequence.rate = sequence_.rate;
-    sequence_ = std::move(sequence);
-    inputs_ = inputs;
-    look_.start_again(scene_);
-    scene_ = for_another_file(scene_);
-    scene_.input = sequence_.path();
+    if (!fallback_) fallback_ = now_;
+    sequence.rate = now_.sequence.rate;
+    now_.sequence = std::move(sequence);
+    now_.inputs = inputs;
+    now_.look.start_again(now_.scene);
+    now_.scene = for_another_file(now_.scene);
+    now_.scene.input = now_.sequence.path();
     panels_.open_path = inputs.front();
     camera_due_ = true;
     volume_.retry();
@@ -56,26 +48,26 @@ void Viewer::open(const std::vector<std::string>& inputs) {
 }
 
 void Viewer::set_scene(const Scene& scene) {
-  const Scene before = scene_;
+  const Scene before = now_.scene;
   const bool moves_camera = !same_camera(this->scene(), scene);
-  scene_ = scene;
-  scene_.resolution = before.resolution;
+  now_.scene = scene;
+  now_.scene.resolution = before.resolution;
   redraw(3);
   // the default camera faces the slice
   if (!volume() || (!moves_camera && navigation_.moved())) return;
   try {
     navigation_.reset(this->scene(), *volume()->subject);
   } catch (const Error& e) {
-    scene_ = before;
-    error(e.what());
+    now_.scene = before;
+    messages_.error(e.what());
   }
 }
 
 void Viewer::choose_look(const std::string& name) {
-  if (scene_.input.empty()) return;
-  keep_fallback();
-  look_.choose(name, scene_);
-  if (!asks_for_look(scene_)) messages_.say("look " + name);
+  if (now_.scene.input.empty()) return;
+  if (!fallback_) fallback_ = now_;
+  now_.look.choose(name, now_.scene);
+  if (!asks_for_look(now_.scene)) messages_.say("look " + name);
   volume_.retry();
   redraw(3);
 }
@@ -85,7 +77,7 @@ void Viewer::compare(Comparison comparison, const std::optional<Scene>& other) {
   if (comparison == Comparison::none)
     other_.reset();
   else
-    other_ = other ? other : coarser(scene_);
+    other_ = other ? other : coarser(now_.scene);
   redraw(3);
 }
 
@@ -100,10 +92,7 @@ void Viewer::show(ShownLayer layer) {
 
 void Viewer::reload() {
   volume_.reload();
-  attempt([&] {
-    display_.reload_shader();
-    maker_.reload_shaders();
-  });
+  maker_.reload_shaders();
   redraw(3);
 }
 
@@ -111,7 +100,7 @@ Scene Viewer::kept_scene() {
   Scene kept = scene();
   if (!panels_.picture_size.empty()) set_parameter(kept, "resolution", panels_.picture_size);
   if (const auto name = editor_.keep(kept)) {
-    scene_.transfer_function = *name;
+    now_.scene.transfer_function = *name;
     messages_.say("the transfer function is in " + *name);
   }
   return kept;
@@ -142,7 +131,7 @@ void Viewer::save_picture(const std::string& path) {
   saving_ = std::async(std::launch::async, options_.render, std::move(arguments));
 }
 
-void Viewer::edit_transfer_function() { editor_.draw(scene_, *volume(), panels_.transfer); }
+void Viewer::edit_transfer_function() { editor_.draw(now_.scene, *volume(), panels_.transfer); }
 
 void Viewer::photograph(const std::string& path) {
   photograph_ = path;

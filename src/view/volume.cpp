@@ -35,18 +35,6 @@ void count(const Field& field, Histogram& histogram) {
     take(double(tile.value.x), std::pow(double(tile.width), 3.0));
 }
 
-/// The whole domain as make_view sees it.
-Subject whole_box(const Scene& scene, const Volume& volume) {
-  Field domain;
-  domain.active_box = volume.fields.density->active_box;
-  domain.world_from_index = placement(scene, volume.fields.density->world_from_index);
-  glm::dvec3 low, high;
-  world_bounds(domain, low, high);
-  Subject box = box_subject(low, high);
-  box.z_up = volume.fields.z_up;
-  return box;
-}
-
 /// Turns lights that a look has set from the camera's into the world's.
 void keep_lights(const Volume& volume, Scene& scene, OpenedScene& opened) {
   if (scene.lights == volume.asked.lights) return;
@@ -152,7 +140,8 @@ bool asks_for_look(const Scene& scene) { return !scene.look.empty() && scene.loo
 std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std::string>& samples,
                                        int generation,
                                        const std::shared_ptr<const Volume>& previous,
-                                       const StageProgress& progress, const BoxKnown& box_known) {
+                                       const StageProgress& progress,
+                                       const SubjectKnown& subject_known) {
   validate(scene);
   auto volume = std::make_shared<Volume>();
   volume->asked = scene;
@@ -185,7 +174,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
   volume->subject = opened.view.subject;
   volume->extinction = opened.view.medium.extinction;
   volume->function = opened.view.medium.transfer;
-  box_known(whole_box(volume->scene, *volume));
+  subject_known(volume->subject);
   volume->session = std::make_unique<Session>(std::move(opened.view));
   progress("converting", 0);
   volume->session->convert();

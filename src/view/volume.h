@@ -1,15 +1,12 @@
 #pragma once
 
 #include <array>
-#include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -17,6 +14,7 @@
 #include "psivox/open.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
+#include "view/worker.h"
 
 namespace psivox::view {
 
@@ -54,14 +52,11 @@ struct Volume {
 /// files. Scenes of one key differ in camera, march and picture only.
 std::string volume_key(const Scene& scene, int generation);
 
-/// A stage of work, and how much of it is done; 0: not known.
-using WorkStage = std::pair<std::string, double>;
-
 /// How far preparing is: what is being done, and how much of that is; 0: not known.
 using StageProgress = std::function<void(const std::string& stage, double fraction)>;
 
-/// Called with the box of the domain before the conversion.
-using BoxKnown = std::function<void(const Subject& box)>;
+/// Called with what the camera frames, before the conversion.
+using SubjectKnown = std::function<void(const std::shared_ptr<const Subject>& subject)>;
 
 /// Whether a look has still to be chosen for the scene.
 bool asks_for_look(const Scene& scene);
@@ -74,19 +69,21 @@ bool asks_for_look(const Scene& scene);
 std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std::string>& samples,
                                        int generation,
                                        const std::shared_ptr<const Volume>& previous,
-                                       const StageProgress& progress, const BoxKnown& box_known);
+                                       const StageProgress& progress,
+                                       const SubjectKnown& subject_known);
 
 /// The scene with the volume's own medium: what can be drawn of it while another one is prepared.
 Scene with_medium_of(const Volume& volume, const Scene& scene);
 
 /// The volume that the window shows, and the thread that prepares the next one. A newer wish
 /// replaces an older one. A volume that cannot be loaded leaves the old one.
-class CurrentVolume {
+class CurrentVolume : public Worker {
  public:
+  /// What the thread has done for the newest wish since it was last asked.
   struct News {
-    bool box_known = false;    ///< of the first volume: box() has it
-    bool arrived = false;      ///< get() is a new volume
-    std::exception_ptr error;  ///< why the wish was refused
+    std::shared_ptr<const Subject> subject;  ///< of the volume in preparation; null: nothing new
+    std::shared_ptr<Volume> volume;          ///< that get() is now; null: none yet
+    std::exception_ptr error;                ///< why the wish was refused
   };
 
   /// The thread calls `on_news`.
@@ -103,16 +100,13 @@ class CurrentVolume {
   void reload();
   /// The next wish is tried even if it was refused before.
   void retry() { refused_key_.clear(); }
-  /// Everything new since the last call.
   News take_news();
   /// The window cannot show the volume that has arrived.
   void refuse() { refused_key_ = volume_->key; }
 
   bool loading() const { return awaited_key_.has_value(); }
-  /// Stage of the loading, and how much of it is done, see StageProgress; nullopt: there is none.
-  std::optional<WorkStage> progress() const;
-  /// Box of the first volume while it is loading.
-  const std::optional<Subject>& box() const { return box_; }
+  /// What the first volume shows, while it is loading.
+  const std::shared_ptr<const Subject>& first_subject() const { return first_subject_; }
 
  private:
   struct Wish {
@@ -120,36 +114,25 @@ class CurrentVolume {
     std::vector<std::string> samples;  ///< of its sequence, see prepare_volume
     int generation = 0;
     std::string key;
+    bool wanted = false;       ///< by the window now; false: likely to be the next
+    std::uint64_t number = 0;  ///< it is outdated once `wishes_` differs
   };
-  /// What the thread has done for the newest wish since it was last asked.
-  struct Done {
-    std::shared_ptr<Volume> volume;  ///< null: none yet
-    std::exception_ptr error;        ///< why the wish was refused
-    std::optional<Subject> box;      ///< of the volume in preparation
-  };
-  /// Changes what the thread is to do, and wakes it.
-  void post(const std::function<void()>& change);
   void run(const std::stop_token& stop);
-  /// Works until `wishes_` differs from `number`.
-  void prepare(const Wish& wish, bool wanted, std::uint64_t number);
+  void prepare(const Wish& wish);
 
   // the window's
   std::shared_ptr<Volume> volume_;
   int generation_ = 0;                      ///< of reloads
   std::optional<std::string> awaited_key_;  ///< of the volume in preparation
   std::string refused_key_;                 ///< of the wish that was refused
-  std::optional<Subject> box_;
+  std::shared_ptr<const Subject> first_subject_;
 
-  std::function<void()> on_news_;
-  mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  // guarded
   std::optional<Wish> wish_, idle_wish_;
   std::uint64_t wishes_ = 0;  ///< counts them, and the end of one
-  Done done_;
-  std::optional<WorkStage> progress_;
+  News news_;
   std::shared_ptr<const Volume> last_;  ///< the thread's own
   std::shared_ptr<Volume> prefetched_;
-  std::jthread thread_;
 };
 
 /// The look of what the window shows, and what it set.

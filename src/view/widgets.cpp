@@ -133,28 +133,28 @@ void place(Plane& plane, double at, const glm::dvec2& limits) {
   plane.point = rounded_to(at, 1e-4 * (limits.y - limits.x)) * direction_of(plane);
 }
 
+/// The plane of that normal through the middle of the box.
+Plane middle_plane(const glm::dvec3& normal, const Subject& subject) {
+  Plane plane{normal};
+  const glm::dvec2 limits = extent(subject, direction_of(plane));
+  place(plane, 0.5 * (limits.x + limits.y), limits);
+  return plane;
+}
+
 /// The menu of axes. True if another one was chosen; the plane then goes through the middle.
 bool choose_axis(const char* label, Plane& plane, const Subject& subject,
                  const glm::dvec3& forward) {
   const int now = axis_of(plane);
   const bool backwards = now != oblique && plane.normal[now] < 0;
-  bool changed = false;
   if (!ImGui::BeginCombo(label, now == oblique ? "oblique" : axis_names[now])) return false;
+  std::optional<glm::dvec3> normal;
   for (int axis = 0; axis < 3; ++axis)
-    if (ImGui::Selectable(axis_names[axis], axis == now) && axis != now) {
-      plane.normal = (backwards ? -1.0 : 1.0) * unit_axis(axis);
-      changed = true;
-    }
-  if (ImGui::Selectable("the view", now == oblique)) {
-    plane.normal = rounded_to(-forward, 1e-4);
-    changed = true;
-  }
+    if (ImGui::Selectable(axis_names[axis], axis == now) && axis != now)
+      normal = (backwards ? -1.0 : 1.0) * unit_axis(axis);
+  if (ImGui::Selectable("the view", now == oblique)) normal = rounded_to(-forward, 1e-4);
   ImGui::EndCombo();
-  if (changed) {
-    const glm::dvec2 limits = extent(subject, direction_of(plane));
-    place(plane, 0.5 * (limits.x + limits.y), limits);
-  }
-  return changed;
+  if (normal) plane = middle_plane(*normal, subject);
+  return normal.has_value();
 }
 
 bool edit_normal(Plane& plane, const Subject& subject) {
@@ -196,16 +196,20 @@ CutEdits edit_slice(Scene& scene, const Subject& subject, const glm::dvec3& forw
   return edits;
 }
 
+/// The box that sets a cut to `start`, or unsets it.
+template <typename Cut>
+bool switch_cut(const char* label, const char* help, std::optional<Cut>& cut, const Cut& start) {
+  bool on = cut.has_value();
+  const bool changed = ImGui::Checkbox(label, &on);
+  if (ImGui::IsItemHovered()) ImGui::SetTooltip("%s", help);
+  if (changed) cut = on ? std::optional(start) : std::nullopt;
+  return changed;
+}
+
 bool edit_box(std::optional<WorldBox>& clip, const Subject& subject) {
-  bool on = clip.has_value();
-  bool changed = ImGui::Checkbox("clip box", &on);
-  if (ImGui::IsItemHovered()) ImGui::SetTooltip("--clip: draw only what is in a box");
-  if (changed && on) clip = WorldBox{subject.box_min, subject.box_max};
-  if (!on) {
-    clip.reset();
-    return changed;
-  }
-  for (int axis = 0; axis < 3; ++axis) {
+  bool changed = switch_cut("clip box", "--clip: draw only what is in a box", clip,
+                            WorldBox{subject.box_min, subject.box_max});
+  for (int axis = 0; clip && axis < 3; ++axis) {
     glm::dvec2 ends(clip->min[axis], clip->max[axis]);
     if (!slide_ends(axis_names[axis], ends, {subject.box_min[axis], subject.box_max[axis]}))
       continue;
@@ -217,19 +221,10 @@ bool edit_box(std::optional<WorldBox>& clip, const Subject& subject) {
 }
 
 bool edit_clip_plane(Scene& scene, const Subject& subject, const glm::dvec3& forward) {
-  bool on = scene.clip_plane.has_value();
-  bool changed = ImGui::Checkbox("clip plane", &on);
-  if (ImGui::IsItemHovered())
-    ImGui::SetTooltip("--clip-plane: draw only what is on one side of a plane");
-  if (changed && on) {
-    scene.clip_plane = Plane{unit_axis(0)};
-    const glm::dvec2 limits = extent(subject, unit_axis(0));
-    place(*scene.clip_plane, 0.5 * (limits.x + limits.y), limits);
-  }
-  if (!on) {
-    scene.clip_plane.reset();
-    return changed;
-  }
+  const bool changed =
+      switch_cut("clip plane", "--clip-plane: draw only what is on one side of a plane",
+                 scene.clip_plane, middle_plane(unit_axis(0), subject));
+  if (!scene.clip_plane) return changed;
   Plane plane = *with_planes(scene, subject).clip_plane;
   ImGui::PushID("plane");
   bool edited = choose_axis("plane across", plane, subject, forward);
@@ -245,6 +240,11 @@ bool edit_clip_plane(Scene& scene, const Subject& subject, const glm::dvec3& for
 }
 
 }  // namespace
+
+Panel::Panel(const char* title, bool* shown, int flags)
+    : open_(ImGui::Begin(title, shown, flags)) {}
+
+Panel::~Panel() { ImGui::End(); }
 
 bool slide(const char* label, double& value, double least, double most, const char* format) {
   return ImGui::SliderScalar(label, ImGuiDataType_Double, &value, &least, &most, format);

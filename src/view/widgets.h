@@ -12,6 +12,20 @@
 
 namespace psivox::view {
 
+/// A panel while it is drawn; false: it is folded. An exception ends it too. The button that closes
+/// it clears `shown`, if there is one.
+class Panel {
+ public:
+  Panel(const char* title, bool* shown, int flags = 0);
+  ~Panel();
+  Panel(const Panel&) = delete;
+  Panel& operator=(const Panel&) = delete;
+  explicit operator bool() const { return open_; }
+
+ private:
+  bool open_;
+};
+
 /// A slider of one number. Values outside its ends stay until it is dragged.
 bool slide(const char* label, double& value, double least, double most, const char* format);
 
@@ -33,25 +47,24 @@ struct CutEdits {
 /// subject's box. `forward` is the direction of the view, which a plane may take as its normal.
 CutEdits edit_cuts(Scene& scene, const Subject& subject, const glm::dvec3& forward);
 
-/// Values that the open file offers for parameters.
+/// What the window has for the widgets of parameters.
 struct ParameterChoices {
-  std::span<const std::string> grids;
-  double extinction = 1;  ///< the number that `auto` chose
+  std::span<const std::string> grids;  ///< that the open file offers
+  double extinction = 1;               ///< the number that `auto` chose
+  /// Called with the reason for which a value was refused.
+  std::function<void(const std::string& why)> refuse;
 };
 
 /// Sets a parameter as the command line does. Throws Error(usage), and leaves the scene, if the
 /// rest of it refuses the value.
 void set_valid(Scene& scene, const std::string& name, const std::string& text);
 
-/// Called with the reason for which a value was refused.
-using Refuse = std::function<void(const std::string& why)>;
-
 /// Makes widgets from the table of parameters, except for parameters of the window. True if
 /// the scene was changed; it is valid then. A refused parameter keeps its value.
-bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse);
+bool edit_parameters(Scene& scene, const ParameterChoices& choices);
 
 /// Widgets for the parameters named, without headers.
-bool edit_parameters(Scene& scene, const ParameterChoices& choices, const Refuse& refuse,
+bool edit_parameters(Scene& scene, const ParameterChoices& choices,
                      std::span<const char* const> names);
 
 }  // namespace psivox::view
