@@ -8,6 +8,7 @@
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
+#include "medium/value_range.h"
 
 namespace psivox {
 namespace {
@@ -104,7 +105,7 @@ constexpr float faded = 0.02f;
 /// A mean in this part of the range is low.
 constexpr double low = 0.25;
 /// Undershoots of a solver are smaller.
-constexpr float least_side = 0.05f;
+constexpr double least_side = 0.05;
 
 /// Different values of a sample, ascending.
 std::vector<float> values_in(const Field& density) {
@@ -167,10 +168,11 @@ bool is_mostly_low(const Field& density) {
 }
 
 bool is_signed(const Field& density) {
-  const float least =
-      std::min(density.replaced.least, density.active_range.value_or(glm::vec2(0)).x);
-  const float greatest = density.active_range.value_or(glm::vec2(0)).y;
-  return least < 0 && -least > least_side * greatest;
+  // reading has replaced them, unless it kept the range
+  if (!density.active_range && density.replaced.least >= 0) return false;
+  const glm::dvec2 range = active_range(density);
+  const double least = std::min(double(density.replaced.least), range.x);
+  return least < 0 && -least > least_side * range.y;
 }
 
 }  // namespace psivox
