@@ -54,6 +54,15 @@ code=$?
 { [ $code -eq 5 ] && grep -qF "cannot write 'a.exr'" <<<"$limited" && cmp -s a.exr old.exr &&
   ! compgen -G '.psivox*' >/dev/null; } ||
   fail "limited size: exit $code: $limited"
+# No file takes the place of a stream that is closed, and what was to be written there is an error.
+said=$("$program" render "$S" -o - $R 2>&1 >&-)
+code=$?
+{ [ $code -eq 5 ] && [ "$said" != "" ]; } || fail "closed output: exit $code: $said"
+"$program" render "$S" -o closed.exr $R <&- >&- 2>&- && "$program" compare closed.exr closed.exr >/dev/null ||
+  fail "closed streams"
+said=$(ulimit -v 400000 && "$program" render "$S" -o b.exr $R 2>&1)
+code=$?
+{ [ $code -eq 6 ] || [ $code -eq 0 ]; } || fail "little memory: exit $code: $said"
 # A look that takes percentiles draws a grid of one value, too.
 t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
 t 0 "isovalue 0.504, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
@@ -264,8 +273,10 @@ done
 t 0 rms compare exact.exr hardware.exr --max-rms 1e-2
 t 5 "no directory" render "$S" -o /nonexistent/a.exr $R
 t 3 "no such file" render nope.vdb -o a.exr $R
+t 3 "cannot be read from the standard input" render - -o a.exr $R
 t 2 "no output; give -o a.png" render "$S" a.png $R
 t 2 "psivox render b.vdb -o FILE.png draws it" b.vdb
+t 0 "is as exact for any --tolerance" render "$S" -o b.exr --renderer reference --tolerance 1e-4 --look plain --resolution 8x8
 t 3 nope render "$S" -o a.exr --grid nope $R
 t 3 nope render "$S" -o a.exr --luminance-grid nope $R
 t 6 "over the limit of 0.00 MiB" render "$S" -o a.exr --memory-limit 2K $R

@@ -43,8 +43,14 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
   if (!looked.settings.empty()) print_notice(look_text(looked.look, looked.settings, to_copy, how));
   if (looked.guesses_up)
     print_notice("nothing tells which axis is up, so Y is; --up-axis z changes that");
-  if (!looked.unused_grids.empty())
-    print_notice("not shown: " + joined(looked.unused_grids, ", ") +
+  constexpr std::size_t most_names = 8;
+  const std::span<const std::string> unused = looked.unused_grids;
+  const std::size_t named = std::min(unused.size(), most_names);
+  if (named > 0)
+    print_notice("not shown: " + joined(unused.first(named), ", ") +
+                 (named < unused.size() ? formatted(" and %d others, which psivox info lists",
+                                                    int(unused.size() - named))
+                                        : "") +
                  "; --grid and others show them");
 }
 

@@ -1,5 +1,6 @@
 // psivox COMMAND ...: the program. Each command has its own file, cmd_NAME.cpp.
 
+#include <fcntl.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -32,6 +33,13 @@ void end_after(int seconds, const char* message) {
 }
 
 namespace {
+
+/// Puts a folder in place of standard streams that are closed: no file that is opened later takes
+/// their numbers, and reading and writing them fails.
+void hold_closed_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
+    if (fcntl(stream, F_GETFD) < 0) open("/", O_PATH);  // gets the least number that is free
+}
 
 /// From now on a write beyond the limit of a file's size fails, and does not end the process.
 void report_failed_writes() { std::signal(SIGXFSZ, SIG_IGN); }
@@ -157,6 +165,7 @@ int fail(const std::string& who, const char* message, ExitCode code) {
 int main(int argc, char** argv) {
   using namespace psivox;
   std::string who = "psivox";
+  hold_closed_streams();
   report_failed_writes();
   keep_freed_memory();
   try {
@@ -172,6 +181,9 @@ int main(int argc, char** argv) {
                 "out of memory; try a smaller --resolution, or --texel float16 for a large volume",
                 ExitCode::memory);
   } catch (const std::exception& error) {
+    if (lacks_threads(error))
+      return fail("psivox", "the system gives no more threads or memory for them; raise the limits",
+                  ExitCode::memory);
     return fail("psivox", error.what(), ExitCode::failure);
   }
 }

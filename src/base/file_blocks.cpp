@@ -25,7 +25,8 @@ std::int64_t size_of(const std::filesystem::path& path) {
   std::error_code code;
   const std::filesystem::file_status status = std::filesystem::status(path, code);
   if (!std::filesystem::exists(status)) {
-    throw Error(ExitCode::input, path.string() + ": no such file");
+    throw Error(ExitCode::input, path == "-" ? "-: a volume cannot be read from the standard input"
+                                             : path.string() + ": no such file");
   }
   if (std::filesystem::is_directory(status)) {
     const std::string format = foreign_format(path.string());

@@ -8,8 +8,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstddef>
 #include <cstdlib>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -93,6 +95,10 @@ std::uint64_t available_memory(const fs::path& root) {
   const std::uint64_t machine = kibibytes == unknown ? unknown : kibibytes << 10;
   const std::uint64_t left = std::min({machine, left_in_groups(root), left_in_address_space()});
   return left == unknown ? 0 : std::max<std::uint64_t>(left, 1);
+}
+
+bool lacks_threads(const std::exception& error) {
+  return std::string_view(error.what()).ends_with(std::strerror(EAGAIN));
 }
 
 void keep_freed_memory() {

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <exception>
 #include <filesystem>
 #include <memory>
 
@@ -12,6 +13,10 @@ namespace psivox {
 /// leave, and of what the shell's limit of the address space leaves. Every choice that depends on
 /// memory asks this function. `root`: where /proc and /sys are.
 std::uint64_t available_memory(const std::filesystem::path& root = "/");
+
+/// Whether the system gave no thread, or no memory for one: std::thread and TBB tell it in words
+/// alone.
+bool lacks_threads(const std::exception& error);
 
 /// From now on this process keeps what it frees for its next allocations. For programs, early: what
 /// runs inside another program leaves the allocator to that one.

@@ -203,6 +203,8 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   drawn.light = std::move(shone);
   drawn.atlas = stored;
   drawn.times = times;
+  if (!marcher.marches() && wanted.scene.tolerance)
+    drawn.notices.emplace_back("--renderer reference is as exact for any --tolerance");
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +
                             " parts, so that its atlas keeps within the memory");

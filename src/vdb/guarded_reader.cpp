@@ -6,6 +6,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/memory.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -41,6 +42,7 @@ typename R::Answer ask_process(guard::Process& process, const FileBlocks& file, 
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
+    if (lacks_threads(error)) throw;
     throw nonsense(file, error.what());
   }
 }
@@ -174,6 +176,7 @@ class GuardedReader final : public Reader {
       throw;
     } catch (const std::exception& error) {
       process_.reset();
+      if (lacks_threads(error)) throw;
       throw nonsense(*file_, error.what());
     }
     last_ = facts.stored ? Field() : facts.field;
