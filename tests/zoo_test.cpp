@@ -209,6 +209,11 @@ std::vector<Animal> types() {
        [] { return Grids{of_class(filled("fog", cloud), openvdb::GRID_LEVEL_SET)}; }},
       {"undershoots", "smoke", "smoke",
        [=] { return Grids{filled("smoke", [](const Coord& p) { return cloud(p) - 0.03; })}; }},
+      {"faulty_voxel", "smoke", "smoke",
+       [=] {
+         return Grids{
+             filled("smoke", [](const Coord& p) { return p == Coord(1) ? -5 : cloud(p); })};
+       }},
       {"signed", "signed", "charge", [] { return Grids{of_no_class(filled("charge", waves))}; }},
       {"scan_of_8_bits", "scan", "ct",
        [=] { return Grids{of_no_class(filled("ct", eight_bits))}; }},

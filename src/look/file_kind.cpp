@@ -106,6 +106,8 @@ constexpr float faded = 0.02f;
 constexpr double low = 0.25;
 /// Undershoots of a solver are smaller.
 constexpr double least_side = 0.05;
+/// Faulty voxels below 0 are fewer than this part of all.
+constexpr double rare = 1e-3;
 
 /// Different values of a sample, ascending.
 std::vector<float> values_in(const Field& density) {
@@ -169,7 +171,9 @@ bool is_mostly_low(const Field& density) {
 
 bool is_signed(const Field& density) {
   // reading has replaced them, unless it kept the range
-  if (!density.active_range && density.replaced.least >= 0) return false;
+  const auto negative = double(density.replaced.negative);
+  if (!density.active_range && negative == 0) return false;
+  if (negative > 0 && negative < rare * stored_voxels(density)) return false;
   const glm::dvec2 range = active_range(density);
   const double least = std::min(double(density.replaced.least), range.x);
   return least < 0 && -least > least_side * range.y;
