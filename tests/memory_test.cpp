@@ -5,6 +5,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+#include <string>
+#include <system_error>
+
 namespace psivox {
 namespace {
 
@@ -61,6 +67,13 @@ TEST(Memory, IsWhatTheContainersGroupOfVersion1Leaves) {
 
 TEST(Memory, IsUnknownWithoutTheSystemsFiles) {
   EXPECT_EQ(available_memory(test::scratch_dir() / "no_root"), 0);
+}
+
+TEST(Memory, AThreadThatTheSystemDoesNotGiveIsKnownByItsWords) {
+  const std::string words = std::strerror(EAGAIN);
+  EXPECT_TRUE(lacks_threads(std::system_error(EAGAIN, std::generic_category())));
+  EXPECT_TRUE(lacks_threads(std::runtime_error("pthread_create has failed: " + words)));
+  EXPECT_FALSE(lacks_threads(std::runtime_error("an impossible least value")));
 }
 
 }  // namespace
