@@ -9,7 +9,6 @@
 
 #include "atlas/brick_code.h"
 #include "float_march.h"
-#include "march/film.h"
 #include "march/glsl_subset.h"
 
 namespace psivox {

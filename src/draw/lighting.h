@@ -26,7 +26,8 @@ struct LightSource {
   std::function<LightPilot::Depths(const View& view)> exact_depths;
   const MediumAtlas* atlas = nullptr;  ///< of the whole, if it is there
   LightShare share{};
-  /// Called when nothing looks at the density's values any more, once it is known.
+  /// Called before the light of all voxels is computed, if nothing will read the density's values
+  /// any more. It may be empty.
   std::function<void()> values_are_seen{};
 };
 
@@ -69,8 +70,8 @@ class Lighting {
   /// depends on the camera.
   View typical_view(const View& view) const;
   void add_sky(const View& view, int count);
-  /// Computes medium_ from beams_, after all looks at the medium itself unless the source has no
-  /// `values_are_seen`.
+  /// Computes medium_ from beams_. First it calls the source's `values_are_seen`, unless the light
+  /// is made of these values.
   void sum_up(const View& view, const LightSource& source, const LightDepths& depths,
               const Progress& progress);
   /// Computes the light of the beams that are there within an RMS, and finds their method.

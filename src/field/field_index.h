@@ -23,7 +23,7 @@ class FieldIndex {
   /// Widths of tiles, coarse to fine; the last is also a leaf's.
   static constexpr std::array<int, 3> widths{4096, 128, 8};
 
-  /// Where the cube of that width begins that has a voxel.
+  /// The origin of the cube of that width around a voxel.
   static glm::ivec3 cube_of(const glm::ivec3& voxel, int width) { return voxel & ~(width - 1); }
 
   explicit FieldIndex(const Field& field);
@@ -54,8 +54,9 @@ class FieldIndex {
   const Leaf* leaf(const glm::ivec3& origin) const;
 
   /// Whether a leaf or a tile lies in the cube of widths[level] at `origin`, a multiple of that
-  /// width; of tiles only a narrower one.
+  /// width.
   bool holds_any(int level, const glm::ivec3& origin) const;
+  /// Whether a leaf or a tile that is narrower than the cube lies in it.
   bool holds_narrower(int level, const glm::ivec3& origin) const;
 
   /// Whether the cube of widths[level] at `origin` is one tile or leaf.
@@ -82,8 +83,8 @@ class FieldIndex {
   const Tile* tile(int level, const glm::ivec3& origin) const;
 
   const Field* field_;
-  /// The number + 1 of a leaf, or behind them of a tile, at the hash of its origin, or behind it;
-  /// 0: free.
+  /// A leaf or a tile has its number + 1 in the first slot that is free from the hash of its origin
+  /// on; tiles are numbered after the leaves. 0: free.
   std::vector<std::uint32_t> slots_;
   std::array<bool, 3> has_width_{};
   std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones

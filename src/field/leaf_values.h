@@ -48,7 +48,8 @@ struct LeafValues {
 /// The values of a leaf that is in memory.
 LeafValues values_of(const Field& field, const Leaf& leaf);
 
-/// Copies 512 * channels floats into OpenVDB's order, or those of a smaller block at its beginning.
+/// Copies a leaf's values, or those of its first `size` voxels along each axis, to their places in
+/// OpenVDB's order: 512 * channels floats.
 void copy_values(const LeafValues& from, int channels, float* to,
                  const glm::ivec3& size = glm::ivec3(8));
 

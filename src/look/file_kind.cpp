@@ -170,7 +170,7 @@ bool is_mostly_low(const Field& density) {
 }
 
 bool is_signed(const Field& density) {
-  // reading has replaced them, unless it kept the range
+  // where reading put 0 in place of values below it, there is no range yet
   const auto negative = double(density.replaced.negative);
   if (!density.active_range && negative == 0) return false;
   if (negative > 0 && negative < rare * stored_voxels(density)) return false;

@@ -28,8 +28,8 @@ real4 fetch_interval(int i) const { return fetch_table(transfer_first + i); }
 #include "transfer_integrators.h"
 // clang-format on
 
-// This one and integrate_transfer hold all rules. They are not inlined: the compiler would take
-// half as long again for the march.
+// This one and integrate_transfer hold all rules. They are not inlined: the compiler would take a
+// quarter longer for the march.
 [[gnu::noinline]] Weights integrate_segment(Segment s) {
   switch (integrator) {
 #define PSIVOX_ROW(name, middle, exact, cost, help) \

@@ -36,7 +36,8 @@ struct Statistics {
   std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
 };
 
-/// Bounds of the centres of the box's voxels, by a function from index to world, of dvec3.
+/// Sets the world bounds of the centres of the active box's voxels. `to_world` takes a point of
+/// index space to the world.
 template <typename ToWorld>
 void set_world_box(GridInfo& info, const ToWorld& to_world) {
   info.world_min = glm::dvec3(std::numeric_limits<double>::infinity());

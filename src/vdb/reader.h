@@ -55,7 +55,7 @@ const Item& named(const std::vector<Item>& items, const std::string& name,
   return *found;
 }
 
-/// Does work. Instead of an exception that is no Error it throws Error(input) with text(exception).
+/// Does work. If that throws an exception e that is no Error, throws Error(input) with text(e).
 template <typename Work, typename Text>
 auto or_input_error(const Work& work, const Text& text) {
   try {

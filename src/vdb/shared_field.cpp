@@ -63,8 +63,8 @@ std::string write_or_text(std::string_view bytes, int memory) {
   return {};
 }
 
-/// Puts the memory that was written in place of the whole pages of its values: one copy for both
-/// processes.
+/// Maps the memory that was written over the whole pages of its values, so that both processes
+/// share one copy.
 void share(std::string_view values, int memory) {
   const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
   void* const first = const_cast<char*>(values.data());

@@ -35,8 +35,7 @@ class PictureDisplay {
   void set_preview(PreviewPicture picture);
   /// Drops the parts of older wishes.
   void add_part(const ExactPart& part);
-  /// The parts of that wish's exact picture that have come; 0 in the others. Unset if there are
-  /// none.
+  /// That wish's exact picture, with 0 where its parts have not come. Unset if none has.
   std::optional<Image> exact(std::uint64_t number, std::size_t side) const;
 
   void draw(const glm::ivec2& size, const DisplaySettings& settings);
