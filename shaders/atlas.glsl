@@ -44,7 +44,7 @@ int levels_of(int grid) {
 }
 
 // First cell of the brick that a node is, or is an octant of. Bricks lie at multiples of their cells.
-int3 first_cell(Node brick) { return passes_octants ? brick.lo & ~(BRICK_CELLS - 1) : brick.lo; }
+int3 first_cell(Node brick) { return octants ? brick.lo & ~(BRICK_CELLS - 1) : brick.lo; }
 
 // The octant of a brick that holds a cell; the brick itself if none of its octants hides. An octant
 // whose bit is set above the slot is empty.
@@ -95,7 +95,7 @@ Node find_stored(int grid, int3 cell) {
 
 // The node that covers a cell of the domain.
 Node find_node(int grid, int3 cell) {
-  if (!passes_octants) return find_stored(grid, cell);
+  if (!octants) return find_stored(grid, cell);
   Node node = find_entry(grid, cell);
   if (grid == density_grid && node.kind == NODE_BRICK) return octant_of(node, cell);
   return node;

@@ -22,7 +22,7 @@ struct Grid {
 // instructions a number. A sum is formed once, before the loop: the uniform plus a 0 that the driver
 // cannot know.
 #if HOLDS_UNIFORMS
-int nothing = int(gl_FragCoord.x) >> 30;
+int nothing = drawn_at().x >> 30;
 int held(int v) { return v + nothing; }
 ivec3 held(ivec3 v) { return v + nothing; }
 float held(float v) { return v + float(nothing); }

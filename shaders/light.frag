@@ -3,13 +3,10 @@
 // One row is a block of 8^3 voxels, whose first one is entry blocks_first + row of `tables`.
 uniform int blocks_first;
 
-layout(location = 0) out vec4 out_picture;  // optical depth, 0, 0, 1 of a ray that stood still
-layout(location = 1) out vec4 out_layers;
-
 #include "passes.glsl"
 
-void main() {
-  ivec2 at = ivec2(gl_FragCoord.xy);
+// The picture is the optical depth, 0, 0, and 1 of a ray that stood still.
+void draw(ivec2 at) {
   ivec3 first = ivec3(fetch_table(blocks_first + at.y).xyz);
   Ray ray = light_ray(first + ivec3(at.x >> 6, (at.x >> 3) & 7, at.x & 7));
   March m = begin_march(ray);
@@ -18,7 +15,7 @@ void main() {
 #endif
   march(m, ray);
 #if RESUMABLE
-  save_march(m);
+  save_march(m, at);
 #endif
   out_picture = vec4(m.optical_depth, 0.0, 0.0, m.stuck ? 1.0 : 0.0);
   out_layers = vec4(0.0);

@@ -1,5 +1,6 @@
 // Everything that marches, for a program's main. integrator.glsl is written for each program: the file
 // of its rule and the functions that call it (src/gl/march_program.cpp).
+#include "stage.glsl"
 #include "binding.glsl"
 #include "formulas.glsl"
 #include "medium.glsl"

@@ -3,7 +3,13 @@
 // Rays that need more turns than a pass may take go on in the next one, from the state they left.
 uniform bool first_pass;
 layout(binding = 0) uniform isampler2D state_in[4];
+#if COMPUTE
+layout(rgba32i, binding = 2) uniform writeonly iimage2D state_images[4];
+#define save_state(i, at, state) imageStore(state_images[i], at, state)
+#else
 layout(location = 2) out ivec4 out_state[4];
+#define save_state(i, at, state) out_state[i] = state
+#endif
 
 void load_march(INOUT(March) m, ivec2 at, float begin) {
   ivec4 a = texelFetch(state_in[0], at, 0);
@@ -35,13 +41,13 @@ void load_march(INOUT(March) m, ivec2 at, float begin) {
   }
 }
 
-void save_march(IN(March) m) {
-  out_state[0] = ivec4(floatBitsToInt(m.transmittance), floatBitsToInt(m.front.value),
-                       floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost));
-  out_state[1] = ivec4(m.cell, m.lattice);
-  out_state[2] = ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth));
+void save_march(IN(March) m, ivec2 at) {
+  save_state(0, at, ivec4(floatBitsToInt(m.transmittance), floatBitsToInt(m.front.value),
+                          floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost)));
+  save_state(1, at, ivec4(m.cell, m.lattice));
+  save_state(2, at, ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth)));
   // of which TileTarget::draw_passes reads the last two
-  out_state[3] = ivec4(m.steps, m.samples, m.turns * 4 + (m.stuck ? 2 : 0) + (m.done ? 1 : 0),
-                       floatBitsToInt(m.t));
+  save_state(3, at, ivec4(m.steps, m.samples, m.turns * 4 + (m.stuck ? 2 : 0) + (m.done ? 1 : 0),
+                          floatBitsToInt(m.t)));
 }
 #endif

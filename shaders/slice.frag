@@ -4,17 +4,15 @@
 // Row 0 of the framebuffer is the picture's top row of the tile.
 uniform ivec2 tile_origin;
 
-layout(location = 0) out vec4 out_picture;  // R G B A
-layout(location = 1) out vec4 out_layers;   // depth [world]
-
 vec3 shown(float value) {
   if (!transfer) return vec3(value);
   Classified c = classify(value);
   return luminance_source == SOURCE_TRANSFER ? c.color : vec3(c.attenuation);
 }
 
-void main() {
-  Pixel p = make_pixel(floor(gl_FragCoord.xy) + vec2(tile_origin));
+// The picture is R G B A, the layers are depth [world].
+void draw(ivec2 at) {
+  Pixel p = make_pixel(vec2(at) + vec2(tile_origin));
   Ray ray = march_ray_of(p);
   int plane = clip_first + 4 * clip_planes;  // behind the clip's
   float t = -affine(plane, p) / (affine(plane + 2, p) * p.inverse_length);

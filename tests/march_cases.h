@@ -63,6 +63,10 @@ class GpuTest : public testing::Test {
   }
 };
 
+/// How far off a driver's quotients may be, by which rays are placed, over IEEE's half ulp. Those
+/// that run on the CPU divide as IEEE says; GLSL allows 2.5 ulp (4.50, section 4.7.1).
+inline double quotient_errors() { return is_software(Gpu::renderer()->description()) ? 1 : 5; }
+
 // --- pictures ------------------------------------------------------------------------------------
 
 inline const RenderOptions all_layers{

@@ -139,7 +139,8 @@ TEST_F(March, GpuIsTheMarchInDoubleOrthographic) {
 // --- against the reference -----------------------------------------------------------------------
 
 TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
-  // Simpson's rule is exact for a cell's cubic: only float32 rounding remains.
+  // Simpson's rule is exact for a cell's cubic: only float32 rounding remains, most of it the ray's
+  // place.
   for (const IntegratorInfo& rule : integrators) {
     if (!rule.exact_depth || is_transfer_rule(rule.id)) continue;
     for (const bool inside : {false, true}) {
@@ -148,7 +149,7 @@ TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
       const View view = scene_of(scene, Source::constant);
       const Comparison c = difference(std::string(rule.name) + (inside ? " inside" : " outside"),
                                       gl_picture(view), render_reference(view).image);
-      EXPECT_LE(c.max, 1e-6);
+      EXPECT_LE(c.max, 1e-6 * quotient_errors());
     }
   }
 }

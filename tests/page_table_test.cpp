@@ -128,7 +128,7 @@ TEST_P(PageTableLevels, OctantsHideWhatHasNoVisibleCell) {
   ASSERT_TRUE(atlas.pages.octants);
   const FieldVoxels voxels(field);
   glsl::AtlasMarch march = march_over(atlas);
-  march.octants = march.passes_octants = true;
+  march.octants = true;
   int hidden = 0, shown = 0;
   for (const glm::ivec3& brick : atlas.places)
     for (int i = 0; i < 8; ++i) {

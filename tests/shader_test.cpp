@@ -9,6 +9,7 @@
 #include <sstream>
 #include <string>
 
+#include "blobs_scene.h"
 #include "gl/shader_source.h"
 #include "gl/webgl_march.h"
 #include "march_cases.h"
@@ -58,13 +59,13 @@ void let_stand(const std::function<void(const std::string&, const std::string&)>
                const std::string& column) {
   edit("  Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.side : 1);\n",
        "  Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.side : 1);\n"
-       "  if (gl_FragCoord.x < " +
+       "  if (drawn_at().x < " +
            column + " && node.kind == NODE_BRICK) far = Crossing(m.t, m.cell);\n");
 }
 
 TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
   const Image whole = picture(view());
-  let_stand([&](auto from, auto to) { edit("stretch.glsl", from, to); }, "8.0");
+  let_stand([&](auto from, auto to) { edit("stretch.glsl", from, to); }, "8");
   for (const int turns : {0, 60}) {  // in one pass, and in several
     const Limited limited({.turns_per_pass = turns});
     GlRenderer gl({.debug = true});
@@ -86,10 +87,34 @@ TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
   }
 }
 
+TEST_F(Shaders, ComputeShadersDrawWhatFragmentShadersDo) {
+  Scene lit = blobs_scene();
+  lit.resolution = {33, 18};
+  lit.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
+  lit.light_quality = LightQuality::exact;
+  for (const int turns : {0, 12}) {  // in one pass, and in several
+    Drawn drawn[2];
+    for (const bool computes : {false, true}) {
+      const Limited limited({.computes = computes, .turns_per_pass = turns});
+      GlRenderer gl({.debug = true});
+      drawn[computes] = Session(lit).draw(gl, {.layers = {.depth = true}, .count = true});
+      EXPECT_EQ(drawn[computes].stats.passes > 1, turns > 0);
+    }
+    EXPECT_EQ(drawn[0].stats.samples, drawn[1].stats.samples);
+    const Image &fragments = drawn[0].image, &computed = drawn[1].image;
+    expect_content(fragments);
+    // compilers may fuse other sums of the two: 16 roundings of 2^-24
+    EXPECT_LE(difference("compute", fragments, computed).max, 16 * 0x1p-24);
+    EXPECT_EQ(layer(fragments, "depth").values.size(), layer(computed, "depth").values.size());
+    for (std::size_t i = 0; i < layer(computed, "depth").values.size(); ++i)
+      EXPECT_FLOAT_EQ(layer(fragments, "depth").values[i], layer(computed, "depth").values[i]);
+  }
+}
+
 TEST_F(Shaders, APassThatMovesNoRayIsAnError) {
   edit("passes.glsl", "  m.done = (d.z & 1) != 0;\n", "  m.done = false;\n  m.stuck = false;\n");
   edit("march.glsl", "      m.done = true;\n    }\n  }\n", "    }\n  }\n");
-  let_stand([&](auto from, auto to) { edit("stretch.glsl", from, to); }, "16.0");
+  let_stand([&](auto from, auto to) { edit("stretch.glsl", from, to); }, "16");
   const Limited limited({.turns_per_pass = 60});
   EXPECT_NE(graphics_error(view()).find("a pass moved none of them"), std::string::npos);
 }
@@ -114,7 +139,7 @@ TEST_F(Shaders, ErrorsNameFileAndLine) {
       {"pixel.glsl", "Pixel make_pixel(real2 pixel) {"},
       {"math/decay.glsl", "Decay decay(real x) {\n  real y"},
       {"integrators/psi_weighted.glsl", "Weights psi_weighted(Segment s) {"},
-      {"march.frag", "void main() {"}};
+      {"march.frag", "void draw(ivec2 at) {"}};
   for (const auto& [name, text] : places)
     for (const std::string nonsense : {" nonsense here;", " undeclared = 1.0;"}) {
       const std::string where = std::string(text).substr(0, std::string(text).find('\n'));
@@ -146,7 +171,7 @@ TEST(ShaderSource, LogsOfBothKindsOfDriverAreMapped) {
   for (int i = 1; i <= 3; ++i) source.add_line("", {"march.frag", i});
   for (int i = 1; i <= 9; ++i) source.add_line("", {"ray.glsl", i});
   EXPECT_EQ(source.map_log("0:10(5): error: x"), "ray.glsl:7: error: x");
-  EXPECT_EQ(source.map_log("0(10) : error C1: x"), "ray.glsl:7 : error C1: x");
+  EXPECT_EQ(source.map_log("0(10) : error C1: x"), "ray.glsl:7: error C1: x");
   EXPECT_EQ(source.map_log("0:3(1): a\n0:4(2): b"), "march.frag:3: a\nray.glsl:1: b");
   EXPECT_EQ(source.map_log("0:17(5): error"), "0:17(5): error");
   EXPECT_EQ(source.map_log("no place"), "no place");

@@ -163,6 +163,7 @@ std::string RenderReport::json() const {
         {"upload", stats.upload_ms},
         {"march", stats.march_ms},
         {"march_cpu", stats.cpu_ms},
+        {"march_gpu", stats.gpu_ms},
         {"write", written.write_ms},
         {"total", total_ms}}},
       {"counts", counts},

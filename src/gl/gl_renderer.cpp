@@ -36,7 +36,7 @@ class LightPass {
   const GridTextures& textures_;
   const MarchProgram& march_;
   TileTarget target_;
-  Triangle triangle_;
+  EachPixel pixels_;
   std::uint64_t stuck_ = 0;
 };
 
@@ -61,8 +61,8 @@ void LightPass::depths(const LightBlocks& blocks, const TakeDepths& take,
     const Tables tables(entries);
     tables.bind(MarchProgram::tables_unit);
     const int rows = int(some.size());
-    const int passes = target_.draw_passes(march_, side, rows,
-                                           [&] { triangle_.draw(march_.program(), side, rows); });
+    const int passes =
+        target_.draw_passes(march_, side, rows, [&] { pixels_.run(march_.program(), side, rows); });
     target_.bind((passes - 1) & 1);
     target_.read_picture(side, rows, picture.data(), side);
     std::vector<double> depths(side);

@@ -315,7 +315,6 @@ ProgramKey GridTextures::key(MarchSetup& setup) const {
     // grids of several buffers have the same: the device's limit
     texels_per_buffer = std::max(texels_per_buffer, textures_[i]->texels_per_buffer());
   }
-  if (!driver_is_software()) setup.constants.passes_octants = false;
   return program_key(setup, buffers, texels_per_buffer);
 }
 

@@ -11,13 +11,15 @@
 
 namespace psivox::gl {
 
-bool driver_is_software() {
+ProgramForm program_form() {
   const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  return renderer && is_software(renderer);
+  const bool software = renderer && is_software(renderer);
+  return {.holds_uniforms = software, .computes = test_limits.computes.value_or(!software)};
 }
 
-MarchProgram::MarchProgram(const ProgramKey& key, const std::string& shader)
-    : key_(key), program_(shader, march_source(key, shader, driver_is_software())) {
+MarchProgram::MarchProgram(const ProgramKey& key, const std::string& shader,
+                           const ProgramForm& form)
+    : key_(key), program_(shader, march_source(key, shader, form), form.computes) {
   program_.set("tables", tables_unit);
   const auto set_units = [&](int grid, const std::string& name) {
     const int unit = grid_unit(grid), buffers = key.buffers[std::size_t(grid)];
@@ -98,13 +100,14 @@ std::map<std::string, std::string> generated_files(const ProgramKey& key) {
 
 }  // namespace
 
-std::string common_prelude(bool holds_uniforms) {
+std::string common_prelude(const ProgramForm& form) {
   std::ostringstream text;
 #define PSIVOX_ROW(name, value) \
   text << "const int " #name " = " << static_cast<int>(value) << ";\n";
   PSIVOX_SHADER_CONSTANTS(PSIVOX_ROW)
 #undef PSIVOX_ROW
-  text << "#define HOLDS_UNIFORMS " << int(holds_uniforms) << "\n";
+  text << "#define HOLDS_UNIFORMS " << int(form.holds_uniforms) << "\n";
+  text << "#define COMPUTE " << int(form.computes) << "\n";
   return text.str();
 }
 
@@ -159,9 +162,9 @@ ProgramKey program_key(MarchSetup& setup, const PerGrid<int>& buffers, int texel
   return key;
 }
 
-ShaderSource march_source(const ProgramKey& key, const std::string& shader, bool holds_uniforms) {
-  return reduced(
-      load_shader(shader, key.prelude() + common_prelude(holds_uniforms), generated_files(key)));
+ShaderSource march_source(const ProgramKey& key, const std::string& shader,
+                          const ProgramForm& form) {
+  return reduced(load_shader(shader, key.prelude() + common_prelude(form), generated_files(key)));
 }
 
 }  // namespace psivox::gl

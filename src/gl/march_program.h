@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <glm/vec4.hpp>
+#include <optional>
 #include <vector>
 
 #include "gl/program.h"
@@ -27,19 +28,31 @@ struct ProgramKey {
 ProgramKey program_key(MarchSetup& setup, const PerGrid<int>& buffers,
                        int texels_per_buffer = brick_texels);
 
+/// How a driver's programs are best built.
+struct ProgramForm {
+  bool holds_uniforms = false;  ///< uniforms are copied before loops (binding.glsl)
+  bool computes = false;        ///< as a compute shader, else as a fragment shader (stage.glsl)
+};
+
+/// That of the current context's driver. One that runs on the CPU gathers uniforms lane by lane,
+/// and its fragment shaders are as fast; a GPU may run these on few of its units (docs/gpu.md).
+ProgramForm program_form();
+
 /// What stands before every shader that includes binding.glsl: the constants that it shares with
-/// C++. `holds_uniforms`: the driver wants them copied before loops.
-std::string common_prelude(bool holds_uniforms);
+/// C++, and the form's.
+std::string common_prelude(const ProgramForm& form);
 
 /// The text of march.frag, or of another shader over the same march, for one key: only what is
 /// used.
-ShaderSource march_source(const ProgramKey& key, const std::string& shader, bool holds_uniforms);
+ShaderSource march_source(const ProgramKey& key, const std::string& shader,
+                          const ProgramForm& form = {});
 
 /// Loop turns that one pass may take.
 int turns_per_pass(const MarchSetup& setup);
 
 /// Limits that tests lower below the driver's, so that small volumes reach them. 0: the driver's.
 struct TestLimits {
+  std::optional<bool> computes{};   ///< compute or fragment shaders; unset: as suits the driver
   int turns_per_pass = 0;           ///< loop turns that a ray may take in one draw
   std::uint64_t buffer_texels = 0;  ///< texels of one texture buffer
 };
@@ -47,17 +60,14 @@ struct TestLimits {
 /// Limits of every GlRenderer of the process. Only tests set them.
 inline TestLimits test_limits;
 
-/// Whether the current context's driver runs on the CPU: it wants uniforms copied before loops
-/// (binding.glsl), and gains by passing over octants (atlas.glsl).
-bool driver_is_software();
-
 /// Sets every parameter but sample_offset and tile_origin of a shader that includes binding.glsl.
 void set_parameters(const Program& program, const MarchParameters& parameters);
 
 /// march.frag, or another shader over the same march, compiled for one key.
 class MarchProgram {
  public:
-  explicit MarchProgram(const ProgramKey& key, const std::string& shader = "march.frag");
+  explicit MarchProgram(const ProgramKey& key, const std::string& shader = "march.frag",
+                        const ProgramForm& form = program_form());
 
   /// Texture units: 0 to 3 are the resumed state, then the tables, then grid after grid.
   static constexpr int tables_unit = 4;

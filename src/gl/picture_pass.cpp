@@ -234,7 +234,7 @@ PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, c
   target_->bind(0);
   march.program().set("first_pass", 1);
   march.program().set("tile_origin", beside_.empty() ? drawn_.origin : beside_[0].origin);
-  triangle_.draw(march.program(), 1, 1);
+  pixels_.run(march.program(), 1, 1);
   target_->read_picture(1, 1, &missed_.picture, 1);
   if (has_layers()) target_->read_layers(1, 1, &missed_.layers, 1);
   context.check("compiling the march's shader");
@@ -294,7 +294,7 @@ int PicturePass::draw_passes(const Exposure& tile, Timer& timer) {
   return target_->draw_passes(march_, tile.width, tile.height, [&] {
     if (std::exchange(again, true)) timer.awaited();
     timer.begin();
-    triangle_.draw(march_.program(), tile.width, tile.height);
+    pixels_.run(march_.program(), tile.width, tile.height);
     timer.submitted();
   });
 }

@@ -40,7 +40,7 @@ class PicturePass {
   PixelBox drawn_;                ///< all of it whose rays may meet the domain
   std::vector<PixelBox> beside_;  ///< the rest
   int largest_;                   ///< side of the largest tile
-  Triangle triangle_;
+  EachPixel pixels_;
   std::unique_ptr<TileTarget> target_;  ///< of the largest tile so far
   RayTexels missed_;                    ///< what is drawn of a ray that does not meet the domain
 };

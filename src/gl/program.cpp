@@ -26,22 +26,13 @@ GLuint compile(GLenum stage, const std::string& name, const ShaderSource& source
 
 }  // namespace
 
-Program::Program(const std::string& name, const std::string& prelude,
-                 const std::map<std::string, std::string>& generated)
-    : Program(name, load_shader(name, prelude, generated)) {}
-
-Program::Program(const std::string& name, const ShaderSource& fragment) {
-  const GLuint vertex_shader =
-      compile(GL_VERTEX_SHADER, "march.vert", load_shader("march.vert", "", {}));
-  GLuint fragment_shader = 0;
-  try {
-    fragment_shader = compile(GL_FRAGMENT_SHADER, name, fragment);
-  } catch (...) {
-    glDeleteShader(vertex_shader);
-    throw;
-  }
+Program::Program(const std::string& name, const ShaderSource& source, bool computes) {
+  std::vector<GLuint> shaders{
+      compile(computes ? GL_COMPUTE_SHADER : GL_FRAGMENT_SHADER, name, source)};
+  if (!computes)
+    shaders.push_back(compile(GL_VERTEX_SHADER, "march.vert", load_shader("march.vert", "", {})));
   id_ = glCreateProgram();
-  for (const GLuint shader : {vertex_shader, fragment_shader}) {
+  for (const GLuint shader : shaders) {
     glAttachShader(id_, shader);
     glDeleteShader(shader);
   }
@@ -55,6 +46,24 @@ Program::Program(const std::string& name, const ShaderSource& fragment) {
     throw Error(ExitCode::graphics,
                 "shader '" + name + "' does not link: " + first_line(log.data()));
   }
+  if (!computes) return;
+  GLint group[3] = {};
+  glGetProgramiv(id_, GL_COMPUTE_WORK_GROUP_SIZE, group);
+  group_ = {group[0], group[1]};
+}
+
+void EachPixel::run(const Program& program, int width, int height) const {
+  glUseProgram(program.id());
+  if (const glm::ivec2 group = program.group(); group.x > 0) {
+    const glm::ivec2 size(width, height), groups = (size + group - 1) / group;
+    program.set("drawn_size", size);
+    glDispatchCompute(GLuint(groups.x), GLuint(groups.y), 1);
+    glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    return;
+  }
+  glBindVertexArray(vertex_array_);
+  glViewport(0, 0, width, height);
+  glDrawArrays(GL_TRIANGLES, 0, 3);
 }
 
 Program::~Program() { glDeleteProgram(id_); }

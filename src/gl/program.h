@@ -5,7 +5,6 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
-#include <map>
 #include <span>
 #include <string>
 
@@ -16,17 +15,17 @@ namespace psivox::gl {
 /// A linked GL program; needs a current context for its whole life.
 class Program {
  public:
-  /// Compiles and links march.vert and the fragment shader `name`, of that text.
-  /// Throws Error(graphics) with the driver's first message, mapped to file and line.
-  Program(const std::string& name, const ShaderSource& fragment);
-  /// Compiles and links the text that load_shader gives.
-  Program(const std::string& name, const std::string& prelude,
-          const std::map<std::string, std::string>& generated);
+  /// Compiles and links the shader `name`, of that text: as a compute shader, or as a fragment
+  /// shader behind march.vert. Throws Error(graphics) with the driver's first message, mapped to
+  /// file and line.
+  Program(const std::string& name, const ShaderSource& source, bool computes = false);
   ~Program();
   Program(const Program&) = delete;
   Program& operator=(const Program&) = delete;
 
   GLuint id() const { return id_; }
+  /// Invocations of a compute shader's group along x and y; 0 of a fragment shader.
+  const glm::ivec2& group() const { return group_; }
 
   /// Sets a uniform; names that the compiler has dropped are ignored. Doubles become floats.
   void set(const char* name, int value) const;
@@ -42,22 +41,20 @@ class Program {
  private:
   GLint location(const char* name) const;
   GLuint id_ = 0;
+  glm::ivec2 group_{0};
 };
 
-/// One triangle over the whole viewport (march.vert). Needs a current context for its whole life.
-class Triangle {
+/// Runs a program for each pixel of a region, into what is bound: compute shaders in groups
+/// (stage.glsl), fragment shaders by one triangle over the whole viewport (march.vert). Needs a
+/// current context for its whole life.
+class EachPixel {
  public:
-  Triangle() { glCreateVertexArrays(1, &vertex_array_); }
-  ~Triangle() { glDeleteVertexArrays(1, &vertex_array_); }
-  Triangle(const Triangle&) = delete;
-  Triangle& operator=(const Triangle&) = delete;
+  EachPixel() { glCreateVertexArrays(1, &vertex_array_); }
+  ~EachPixel() { glDeleteVertexArrays(1, &vertex_array_); }
+  EachPixel(const EachPixel&) = delete;
+  EachPixel& operator=(const EachPixel&) = delete;
 
-  void draw(const Program& program, int width, int height) const {
-    glBindVertexArray(vertex_array_);
-    glUseProgram(program.id());
-    glViewport(0, 0, width, height);
-    glDrawArrays(GL_TRIANGLES, 0, 3);
-  }
+  void run(const Program& program, int width, int height) const;
 
  private:
   GLuint vertex_array_ = 0;

@@ -76,7 +76,7 @@ ShaderSource load_shader(const std::string& name, const std::string& prelude,
 
 std::string ShaderSource::map_log(const std::string& log) const {
   // Mesa writes 0:217(5): error, NVIDIA 0(217) : error
-  static const std::regex number(R"((^|\n)(ERROR: )?\d+[:(](\d+)\)?(\(\d+\))?)");
+  static const std::regex number(R"((^|\n)(ERROR: )?\d+[:(](\d+)(\) )?(\(\d+\))?)");
   std::string result;
   auto begin = log.cbegin();
   for (std::smatch m; std::regex_search(begin, log.cend(), m, number); begin = m.suffix().first) {

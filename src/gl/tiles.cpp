@@ -52,8 +52,16 @@ TileTarget::~TileTarget() {
 
 void TileTarget::bind(int set) const {
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffers_[set]);
-  if (sets_ == 2)
-    for (GLuint i = 0; i < 4; ++i) glBindTextureUnit(i, states_[1 - set][i]);
+  const auto bind_image = [](GLuint unit, GLuint texture, GLenum format) {
+    glBindImageTexture(unit, texture, 0, GL_FALSE, 0, GL_WRITE_ONLY, format);
+  };
+  bind_image(0, picture_, GL_RGBA32F);
+  bind_image(1, layers_, GL_RGBA32F);  // 0: what is written there is lost
+  if (sets_ == 1) return;
+  for (GLuint i = 0; i < 4; ++i) {
+    glBindTextureUnit(i, states_[1 - set][i]);
+    bind_image(2 + i, states_[set][i], GL_RGBA32I);
+  }
 }
 
 void TileTarget::read_picture(int width, int height, glm::vec4* pixels, int stride) const {

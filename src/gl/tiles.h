@@ -16,8 +16,9 @@ struct RayTexels {
   glm::vec4 picture{0}, layers{0};
 };
 
-/// Framebuffer of one tile: picture, layers where they are wanted and, for rays that take several
-/// passes, two sets of state textures that are read and written in turn.
+/// What one tile is drawn into, by fragment or by compute shaders: picture, layers where they are
+/// wanted and, for rays that take several passes, two sets of state textures that are read and
+/// written in turn.
 class TileTarget {
  public:
   /// `layers`: whether what the march writes beside the picture is kept.
@@ -28,8 +29,8 @@ class TileTarget {
 
   int side() const { return side_; }
 
-  /// Binds the framebuffer that writes state set `set` (0 or 1) and, to units 0 to 3, the other's
-  /// textures.
+  /// Binds the framebuffer and the images that write state set `set` (0 or 1) and, to units 0 to 3,
+  /// the other's textures.
   void bind(int set) const;
 
   /// Rows of a width x height region, top row first, `stride` pixels from one to the next. What was

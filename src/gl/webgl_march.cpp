@@ -220,8 +220,7 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
                     bool has_depth, WebMarch& march) {
   march.setup = make_march_setup(view, atlas, {.brick_steps = steps});
   MarchSetup& setup = march.setup;
-  setup.constants.passes_octants = false;  // see there
-  setup.parameters.max_turns = 1 << 30;    // a page's tiles are small, its camera is anywhere
+  setup.parameters.max_turns = 1 << 30;  // a page's tiles are small, its camera is anywhere
   march.textures = web_textures(atlas);
   march.textures.push_back(
       {"tables", "RGBA32F", {{bytes_of(setup.tables.data(), setup.tables.size()), 4, 4}}});
@@ -230,7 +229,7 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
   std::vector<std::string> names;
   for (const WebTexture& texture : march.textures) names.push_back(texture.name);
   const char* const shader = view.scene.shows(Shows::plane) ? "slice.frag" : "march.frag";
-  const auto text = [&] { return webgl_text(march_source(key, shader, false), names); };
+  const auto text = [&] { return webgl_text(march_source(key, shader), names); };
   march.text = text();
   key.constants.find_depth = true;
   if (has_depth) march.depth_text = text();

@@ -48,7 +48,7 @@ MarchSetup setup_in_double(const View& view, const MediumAtlas& atlas,
                            const RenderOptions& options) {
   MarchSetup setup = make_march_setup(view, atlas, options);
   setup.constants.hardware_filter = false;
-  setup.constants.octants = setup.constants.passes_octants = atlas.density.pages.octants;
+  setup.constants.octants = atlas.density.pages.octants;
   return setup;
 }
 

@@ -162,7 +162,6 @@ void place_method(const View& view, const MediumAtlas& atlas, const RenderOption
   c.template_sampling = scene.resolved_sampling() == Sampling::template_;
   if (c.template_sampling) place_template(view, setup);
   c.octants = atlas.density.pages.octants && !c.hardware_filter;
-  c.passes_octants = c.octants;
   if (options.brick_steps && c.uniform_sampling && !c.template_sampling)
     place_brick_steps(*options.brick_steps, atlas.density, setup);
 }

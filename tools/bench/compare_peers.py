@@ -96,8 +96,8 @@ class Bench:
         if program.exists() and program.stat().st_mtime > source.stat().st_mtime:
             return program
         say(f"building {source.stem}")
-        built = run(["g++", "-O3", "-march=native", "-std=c++20", source, "-o", program, *flags,
-                     "-lopenvdb", "-ltbb"])
+        built = run(["g++", "-O3", "-DNDEBUG", "-march=native", "-std=c++20", source, "-o", program,
+                     *flags, "-lopenvdb", "-ltbb"])
         return program if built else None
 
     def find_peers(self):
@@ -294,7 +294,7 @@ def time_at(rows, target, what):
     return min(found, default=math.nan)
 
 
-def print_table(name, rows, what):
+def print_table(name, rows, what, digits=0):
     print(f"\nscene {name}, {TIMES[what]} [ms] at RMS\n")
     print("| method | " + " | ".join(f"{target:.0e}" for target in TARGETS) + " |")
     print("|---" * (len(TARGETS) + 1) + "|")
@@ -304,7 +304,7 @@ def print_table(name, rows, what):
         cells = [time_at(own, target, what) for target in TARGETS]
         if all(math.isnan(row[what]) for row in own):
             continue
-        print(f"| {method} | " + " | ".join("–" if math.isnan(t) else f"{t:.0f}" for t in cells)
+        print(f"| {method} | " + " | ".join("–" if math.isnan(t) else f"{t:.{digits}f}" for t in cells)
               + " |")
 
 

@@ -37,7 +37,7 @@ GLuint dense_texture(const Field& field) {
 }
 
 std::string prelude_of(MarchSetup setup, const Medium& medium) {
-  return gl::program_key(setup, {}).prelude() + gl::common_prelude(gl::driver_is_software()) +
+  return gl::program_key(setup, {}).prelude() + gl::common_prelude(gl::program_form()) +
          "#define LUMINANCE_DENSITY " + std::to_string(medium.source == LuminanceSource::density) +
          "\n";
 }
@@ -46,11 +46,13 @@ void draw(const View& view, const std::string& output) {
   const gl::EglContext context({});
   const glm::ivec2 size = view.scene.resolution;
   const gl::TileTarget target(std::max(size.x, size.y), false, false);
-  const gl::Triangle triangle;
+  const gl::EachPixel pixels;
   const MediumAtlas atlas = build_medium_atlas(view);
   const MarchSetup setup = make_march_setup(view, atlas);
-  const gl::Program program("dense.frag", prelude_of(setup, view.medium),
-                            {{"dense.frag", read_text(DENSE_SHADER, "shader")}});
+  const gl::Program program("dense.frag",
+                            gl::load_shader("dense.frag", prelude_of(setup, view.medium),
+                                            {{"dense.frag", read_text(DENSE_SHADER, "shader")}}),
+                            gl::program_form().computes);
   gl::set_parameters(program, setup.parameters);
   program.set("tile_origin", glm::ivec2(0));
   program.set("volume", 0);
@@ -61,7 +63,7 @@ void draw(const View& view, const std::string& output) {
     const Stopwatch watch;
     target.bind(0);
     glBindTextureUnit(0, texture);
-    triangle.draw(program, size.x, size.y);
+    pixels.run(program, size.x, size.y);
     target.read_picture(size.x, size.y, reinterpret_cast<glm::vec4*>(image.layers[0].values.data()),
                         size.x);
     if (timed)

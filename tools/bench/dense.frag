@@ -1,5 +1,6 @@
 // The baseline: a dense 3D texture of the whole domain, no skipping, a Porter-Duff step of the
 // front sample at every multiple of `step`. A ray marcher written in an afternoon does this.
+#include "stage.glsl"
 #include "binding.glsl"
 #include "math/decay.glsl"
 #include "ray.glsl"
@@ -7,8 +8,6 @@
 uniform sampler3D volume;  // z fastest: texture axes are (z, y, x)
 uniform ivec2 tile_origin;
 
-layout(location = 0) out vec4 out_picture;
-layout(location = 1) out vec4 out_layers;
 
 float field(vec3 p) {
   vec3 local = p - vec3(density.domain_min);
@@ -28,8 +27,8 @@ float field(vec3 p) {
              mix(mix(v001, v101, u.x), mix(v011, v111, u.x), u.y), u.z);
 }
 
-void main() {
-  vec2 pixel = floor(gl_FragCoord.xy) + vec2(tile_origin) + sample_offset;
+void draw(ivec2 at) {
+  vec2 pixel = vec2(at) + vec2(tile_origin) + sample_offset;
   float u = 2.0 * pixel.x / image_size.x - 1.0;
   float v = 1.0 - 2.0 * pixel.y / image_size.y;
   vec3 w = world_0 + world_u * u + world_v * v;

@@ -19,27 +19,27 @@ namespace psivox::gpu_cost {
 
 const std::vector<Listed>& listed_programs() {
   static const std::vector<Listed> list = {
-      {"cells, constant L", R"("sampling": "cells")", 48},
-      {"cells, L from density", R"("sampling": "cells", "luminance-grid": "density")", 56},
+      {"cells, constant L", R"("sampling": "cells")", 64},
+      {"cells, L from density", R"("sampling": "cells", "luminance-grid": "density")", 64},
       {"cell-exact, L from density", R"("integrator": "cell-exact", "luminance-grid": "density")",
-       48},
+       64},
       {"cell-exact, function with shells",
        R"("integrator": "cell-exact", "transfer-function": "shells.json", "split-knots": true)",
-       64},
+       80},
       {"cell-exact, three grids",
        R"("integrator": "cell-exact", "luminance-grid": "color", "emission-grid": "temperature")",
-       152},
-      {"uniform, psi-balanced, constant L", R"("step": 1)", 48},
-      {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 56},
-      {"uniform, function with shells", R"("step": 1, "transfer-function": "shells.json")", 64},
-      {"uniform, lit", R"("step": 1, "light": [1, -1, 0])", 88},
-      {"cells, boxes of codes", R"("sampling": "cells", "texel": "code12")", 48},
-      {"uniform, lit, boxes of codes", R"("step": 1, "light": [1, -1, 0], "texel": "code12")", 96},
-      {"tolerance 1e-3, lit", R"("tolerance": 1e-3, "light": [1, -1, 0])", 80},
-      {"tolerance 1e-3, fire", R"("tolerance": 1e-3, "temperature-grid": "temperature")", 96},
+       160},
+      {"uniform, psi-balanced, constant L", R"("step": 1)", 64},
+      {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 72},
+      {"uniform, function with shells", R"("step": 1, "transfer-function": "shells.json")", 80},
+      {"uniform, lit", R"("step": 1, "light": [1, -1, 0])", 96},
+      {"cells, boxes of codes", R"("sampling": "cells", "texel": "code12")", 64},
+      {"uniform, lit, boxes of codes", R"("step": 1, "light": [1, -1, 0], "texel": "code12")", 104},
+      {"tolerance 1e-3, lit", R"("tolerance": 1e-3, "light": [1, -1, 0])", 104},
+      {"tolerance 1e-3, fire", R"("tolerance": 1e-3, "temperature-grid": "temperature")", 112},
       {"MIP", R"("mode": "mip", "sampling": "cells")", 64},
-      {"isosurface", R"("mode": "isosurface", "sampling": "cells")", 56},
-      {"rays towards a light", R"("step": 1, "light": [1, -1, 0], "light-quality": "exact")", 48,
+      {"isosurface", R"("mode": "isosurface", "sampling": "cells")", 72},
+      {"rays towards a light", R"("step": 1, "light": [1, -1, 0], "light-quality": "exact")", 56,
        "light.frag"},
   };
   return list;
@@ -51,7 +51,6 @@ constexpr int block = 8;         ///< side of the pixels of a wave
 constexpr int block_place = 16;  ///< one of so many blocks along each axis is counted
 
 RayCounts count_rays(MarchSetup setup, const MediumAtlas& atlas, const glm::ivec2& size) {
-  setup.constants.passes_octants = false;
   glsl::AtlasMarch march(setup, atlas);
   RayCounts sums;
   int blocks = 0;
@@ -108,13 +107,12 @@ class Recorder : public Marcher {
 
  private:
   void add(MarchSetup setup, const std::string& shader) {
-    setup.constants.passes_octants = false;
     PerGrid<int> buffers{};
     const auto grids = grids_of(*atlas_);
     for (std::size_t i = 0; i < grids.size(); ++i)
       buffers[i] = grids[i] && !(setup.constants.paired && i == luminance_grid);
     gl::ProgramKey key = gl::program_key(setup, buffers);
-    programs.push_back({shader, gl::march_source(key, shader, false).text});
+    programs.push_back({shader, gl::march_source(key, shader).text});
   }
 
   bool counts_;

@@ -14,7 +14,7 @@ namespace psivox::gpu_cost {
 struct Listed {
   std::string name;
   std::string scene;  ///< JSON, as --scene reads it; transfer functions by their names in assets/
-  int registers = 0;  ///< least so far: vector registers on navi21
+  int registers = 0;  ///< least so far, passing over octants: vector registers on navi21
   std::string shader = "march.frag";
 };
 
