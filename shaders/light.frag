@@ -20,3 +20,5 @@ void draw(ivec2 at) {
   out_picture = vec4(m.optical_depth, 0.0, 0.0, m.stuck ? 1.0 : 0.0);
   out_layers = vec4(0.0);
 }
+
+#include "main.glsl"

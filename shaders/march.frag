@@ -22,3 +22,5 @@ void draw(ivec2 at) {
   if (m.stuck) out_picture.w += float(STUCK_MARK);
   out_layers = vec4(depth_of(m, p), decay(m.optical_depth).e, float(m.steps), float(m.samples));
 }
+
+#include "main.glsl"

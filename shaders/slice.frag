@@ -25,3 +25,5 @@ void draw(ivec2 at) {
   out_picture = vec4(color * shown(value), 1.0);
   out_layers.x = (t - camera_time(p)) * world_unit;
 }
+
+#include "main.glsl"

@@ -55,3 +55,5 @@ void draw(ivec2 at) {
   out_picture = vec4(I, 1.0 - T);
   out_layers = vec4(0.0);
 }
+
+#include "main.glsl"
