@@ -96,12 +96,16 @@ TEST(GltfCamera, BadFilesAreRefusedInOneLine) {
       {R"({"nodes": [{"name": "a"}]})", "no node of it has a camera"},
       {R"({"nodes": [{"children": [1]}, {"children": [2]}, {"children": [1]}]})",
        "not a valid glTF"},
+      {R"({"nodes": [{"children": [1, 1]}, {}]})", "not a valid glTF"},
       {R"({"nodes": [{"camera": 0, "scale": [0, 0, 0]}], "cameras":
           [{"type": "perspective", "perspective": {"yfov": 1}}]})",
        "no direction"}};
   for (const auto& [text, part] : lines)
     EXPECT_NE(refusal(written("bad.gltf", text)).find(part), std::string::npos)
         << text << ": " << refusal(written("bad.gltf", text));
+  std::string chain = R"({"nodes": [{})";  // deeper than the stack of recursive calls
+  for (int i = 0; i < 100000; ++i) chain += ",{\"children\":[" + std::to_string(i) + "]}";
+  EXPECT_NE(refusal(written("bad.gltf", chain + "]}")).find("no node"), std::string::npos);
   EXPECT_NE(refusal(written("rig.gltf", rig) + ":none").find("it has 'lens', 'flat'"),
             std::string::npos);
 }

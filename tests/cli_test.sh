@@ -34,6 +34,9 @@ t 0 "psivox render --help-all prints all" render --help
 t 0 "--end-corrections" render --help-all
 t 0 "--extinction" help render
 t 2 "unknown command" help rendr
+t 2 "psivox render does that here" convert "$S" a.png
+t 2 ".webp, or .html for a page" render "$S" -o a.bmp
+t 2 "a picture, not a page" render "$S" -o a.html --thumbnail 8
 for command in render view info compare study verify; do
   lines=$("$program" help $command | tee help.txt | wc -l)
   { [ "$lines" -le 60 ] && tail -n 1 help.txt | grep -q "^  psivox $command" &&
@@ -476,6 +479,7 @@ t 0 - render "$S" -o a.exr --exposure 3 --tone-map filmic $R  # linear radiance 
 t 0 - render "$S" -o b.exr $R
 t 0 rms compare a.exr b.exr --max-abs 0
 r="--resolution 32x32"
+t 0 "narrower than a pixel; --zoom" render "$S" -o a.exr $r --zoom 1e-6
 t 0 "the picture is empty: the camera looks past the volume" render "$S" -o a.exr $r \
   --camera-position 0,0,300 --camera-target 0,0,400
 t 0 "the picture is empty: --isovalue 7 is not among the values of grid 'density', which go from 0 to" \
@@ -518,7 +522,9 @@ t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --backgrou
 printf 'NRRD0005\n' >x.vdb
 t 3 "x.vdb: has values of type" info x.vdb
 printf '\037\213' >x.nii.gz
-t 3 "x.nii.gz: is compressed" render x.nii.gz -o a.png
+t 3 "x.nii.gz: is a damaged gzip" render x.nii.gz -o a.png
+touch x.img
+t 3 "x.img: holds the values of 'x.hdr'; give that file" render x.img -o a.png
 printf '<?xml version="1.0"?>\n<VTKFile type="ImageData">' >y.vdb
 t 3 "is a VTK file" render y.vdb -o a.png
 { head -c 128 /dev/zero; printf DICM; } >z.vdb

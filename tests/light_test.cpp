@@ -67,6 +67,12 @@ TEST(LightDepths, OfASlabAreItsThickness) {
   }
 }
 
+TEST(LightDepths, CanBeStopped) {
+  struct Stop {};
+  const View view = view_of(lit_scene({0, 0, -1}), mixed());
+  EXPECT_THROW(lit(view, reference_light_depths(view), [](double) { throw Stop(); }), Stop);
+}
+
 TEST(LightDepths, MarchAndReferenceAgree) {
   for (const glm::dvec3& direction : directions) {
     const View view = view_of(lit_scene(direction), mixed());

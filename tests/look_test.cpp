@@ -284,12 +284,23 @@ std::shared_ptr<const Field> ball(const glm::ivec3& origin, bool tiles) {
   return std::make_shared<const Field>(std::move(field));
 }
 
+/// The scene of a field alone, in its look.
+Scene chosen(const std::shared_ptr<const Field>& field) {
+  const VdbFile file(field);
+  LookedScene looked = with_look({}, file, "auto");
+  return make_view(looked.scene, looked.fields).scene;
+}
+
+TEST(Look, OfFlatVoxelsIsDense) {
+  // light from above passes along y, on a thousandth of the way
+  const auto round = ball({0, 0, 0}, false);
+  Field flat = *round;
+  flat.world_from_index = glm::scale(glm::dmat4(1), glm::dvec3(1, 1e-3, 1));
+  const double dense = *chosen(std::make_shared<const Field>(std::move(flat))).extinction;
+  EXPECT_GT(dense, 300 * *chosen(round).extinction);
+}
+
 TEST(Look, OfEqualValuesIsEqual) {
-  const auto chosen = [](const std::shared_ptr<const Field>& field) {
-    const VdbFile file(field);
-    LookedScene looked = with_look({}, file, "auto");
-    return make_view(looked.scene, looked.fields).scene;
-  };
   const auto voxels = ball({0, 0, 0}, false), tiles = ball({0, 0, 0}, true);
   ASSERT_FALSE(tiles->tiles.empty());
   EXPECT_EQ(to_json(chosen(tiles)), to_json(chosen(voxels)));

@@ -107,6 +107,11 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_TRUE(with("volumes", "none").volumes.empty());
 }
 
+TEST(Parameters, NoToleranceEndsARayWhereItBegins) {
+  EXPECT_EQ(with("tolerance", "0.01").resolved_early_termination(), 0.0025);
+  EXPECT_LT(with("tolerance", "100").resolved_early_termination(), 1);
+}
+
 TEST(Parameters, OfAFurtherVolumeAreItsOwnOrTheScenes) {
   Scene scene = with("luminance", "0.5,1,2");
   scene.grid = "heat";

@@ -156,6 +156,8 @@ diff -r out whole >/dev/null || fail "side by side: other pictures"
 rm -rf out/*
 run 0 "4 frames" in/plume.0006.vdb -o out/t.#.png "${small[@]}" --turntable 4
 has out "t.1.png t.2.png t.3.png t.4.png" "turntable"
+run 2 "more than 1000000 frames" in/plume.0006.vdb -o out/t.#.png --turntable 2000000
+run 2 "need files: -o FILE.####.png" in/plume.0006.vdb -o - --turntable 4
 "$program" compare out/t.1.png out/t.3.png --max-abs 0.01 >/dev/null && fail "the camera does not turn"
 run 0 "1 frame" in/plume.0006.vdb -o out/u.png "${small[@]}" --turntable 4 --frames 3
 same out/t.3.png out/u.png "one picture of a turntable"

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 
 #include "scratch.h"
 #include "sequence/camera_motion.h"
@@ -157,6 +158,16 @@ TEST(SequenceScene, KeepsWhatTheSceneSets) {
   EXPECT_EQ(*sequence.scene.camera_position, glm::dvec3(0, 0, 99));
 }
 
+TEST(SequenceScene, TakesTheNearestFileInPlaceOfOneWithoutTheGrid) {
+  TwoFiles files;
+  files.paths.push_back(files.folder.path("image.nrrd"));
+  std::ofstream(files.paths.back())
+      << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: text\n\n5 6\n";
+  EXPECT_THROW(resolve_sequence({}, files.paths), Error);
+  const SequenceScene sequence = resolve_sequence({}, files.paths, "auto", true, files.paths);
+  EXPECT_EQ(sequence.scene.grid, "density");
+}
+
 TEST(SequenceScene, GoesWithoutTheLooksGridsWhereAFrameLacksThem) {
   Folder folder;
   const std::vector<std::string> paths{folder.file("a.1.vdb", "blobs"),
@@ -246,7 +257,8 @@ TEST(CameraPath, EasesBetweenKeysAndHoldsBeyondThem) {
 TEST(CameraPath, BadFilesAreRefused) {
   for (const char* text :
        {"", "{}", "[]", R"([{"position": [0,0,0]}])", R"([{"frame": 1, "place": [0,0,0]}])",
-        R"([{"frame": 1, "ease": "in"}])"})
+        R"([{"frame": 1, "ease": "in"}])", R"([{"frame": 1, "position": [0,0,1]},
+                                               {"frame": 1e12, "position": [0,0,1]}])"})
     EXPECT_THROW(CameraPath::read(path_file(text), false, 24), Error) << text;
 }
 
@@ -274,6 +286,9 @@ TEST(CameraPath, FollowsAnAnimationOfGltf) {
   EXPECT_NEAR(CameraPath::read(file, true, 24).at({}, 0).camera_position->y, -5, 1e-6);
   std::string broken = moving_gltf;
   broken.replace(broken.find("\"count\": 2"), 10, "\"count\": 9");
+  EXPECT_THROW(CameraPath::read(path_file(broken, "b.gltf"), false, 24), Error);
+  broken = moving_gltf;
+  broken.replace(broken.find("AAAAAAAAgD8"), 11, "AAAAAAAAwH8");  // a time that is NaN
   EXPECT_THROW(CameraPath::read(path_file(broken, "b.gltf"), false, 24), Error);
 }
 

@@ -57,6 +57,7 @@ constexpr double thumbnail_tolerance = 4e-3;  ///< a code of 8 bits
 void make_thumbnail(RenderCall& call, Scene& scene) {
   if (call.output.empty() || is_standard_output(call.output) || !call.movie.empty())
     usage("--thumbnail needs a file as -o, and no film");
+  if (is_page_name(call.output)) usage("--thumbnail makes a picture, not a page");
   std::error_code unknown;  // reading will tell
   const std::uintmax_t bytes = std::filesystem::file_size(frame_of_file(scene.input).file, unknown);
   if (!unknown && bytes > most_bytes)

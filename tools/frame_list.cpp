@@ -15,10 +15,13 @@ namespace {
 /// Numbers of the pictures of one file.
 std::vector<int> numbers_of_file(const RenderCall& call, const CameraPath* path) {
   if (!call.sequence.frames.empty()) return read_frames(call.sequence.frames, "--frames");
-  const int first = path ? int(std::ceil(path->first())) : 1;
-  const int last = call.turntable ? first + *call.turntable - 1 : int(std::floor(path->last()));
-  std::vector<int> numbers(std::size_t(std::max(last - first + 1, 1)));
-  std::iota(numbers.begin(), numbers.end(), first);
+  const double first = path ? std::ceil(path->first()) : 1;
+  const double count = call.turntable ? *call.turntable : std::floor(path->last()) - first + 1;
+  if (count > most_frames)
+    usage(std::string(call.turntable ? "--turntable" : "--camera-path") + ": more than " +
+          std::to_string(most_frames) + " frames");
+  std::vector<int> numbers(std::size_t(std::max(count, 1.0)));
+  std::iota(numbers.begin(), numbers.end(), int(first));
   return numbers;
 }
 
@@ -47,6 +50,8 @@ void name_outputs(const RenderCall& call, FrameList& list) {
   if (call.output.empty()) return;
   const auto pattern = FramePattern::of_placeholder(call.output);
   if (!pattern && list.frames.size() > 1) {
+    if (is_standard_output(call.output))
+      usage(std::to_string(list.frames.size()) + " frames need files: -o FILE.####.png");
     const std::size_t dot = std::min(call.output.rfind('.'), call.output.size());
     usage((call.sequence.inputs.size() > 1 ? "several files are frames of a sequence: " : "") +
           std::to_string(list.frames.size()) + " frames need a place for their number: -o " +

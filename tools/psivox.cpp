@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <csignal>
 #include <cstdio>
@@ -70,15 +71,17 @@ struct Command {
   const char* name;
   void (*run)(Arguments);
   const char* summary;
+  const char* elsewhere;  ///< what other programs call it
 };
 
 constexpr Command commands[] = {
-    {"render", render_command, "render a volume to a picture file, without a window"},
-    {"view", view_command, "show a volume in a window"},
-    {"info", info_command, "list the grids of a volume"},
-    {"compare", compare_command, "print the difference of two pictures"},
-    {"study", study_command, "measure the error and time of many methods"},
-    {"verify", verify_command, "check this machine's GL driver"},
+    {"render", render_command, "render a volume to a picture file, without a window",
+     "convert draw"},
+    {"view", view_command, "show a volume in a window", "open show"},
+    {"info", info_command, "list the grids of a volume", "list ls print"},
+    {"compare", compare_command, "print the difference of two pictures", "diff idiff"},
+    {"study", study_command, "measure the error and time of many methods", "bench benchmark"},
+    {"verify", verify_command, "check this machine's GL driver", "check test"},
 };
 
 void print_help() {
@@ -149,6 +152,10 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
   if (name.ends_with(".vdb") || name.ends_with(".nvdb"))
     throw Error(ExitCode::usage, in_quotes(name) + " is no command; psivox render " + name +
                                      " -o FILE.png draws it, psivox view shows it in a window");
+  for (const Command& command : commands)
+    if (std::ranges::count(split(command.elsewhere, ' '), name))
+      throw Error(ExitCode::usage, "unknown command " + in_quotes(name) + "; psivox " +
+                                       command.name + " does that here");
   throw Error(ExitCode::usage, std::string("unknown ") + (name[0] == '-' ? "option " : "command ") +
                                    in_quotes(name) + suggestion(name, known));
 }

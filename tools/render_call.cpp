@@ -96,7 +96,6 @@ void check_page_call(const RenderCall& call, const Scene& scene) {
   if (!call.layers.empty()) usage("--aov needs an .exr as output");
   if (call.format.half || call.format.bits)
     usage("--half and --bits are for pictures, not for a page");
-  if (call.thumbnail) usage("--thumbnail makes a picture, not a page");
 }
 
 bool is_file(const std::string& path) { return !path.empty() && path != "-"; }
@@ -179,6 +178,9 @@ void check(const RenderCall& call, const Scene& scene) {
           "and --stats -");
   if (is_page_name(call.output))
     check_text_writable(call.output);
+  else if (const std::string problem = extension_problem(call.output);
+           !call.output.empty() && !problem.empty())
+    usage(problem + ", or .html for a page");
   else if (!call.output.empty())
     check_writable(call.output, call.format, scene.resolution.x, scene.resolution.y);
   const int code_bytes = holds_layers(call.output) ? 0 : call.format.bits == 16 ? 8 : 4;

@@ -109,6 +109,9 @@ void check_writable(const std::filesystem::path& path, const WriteOptions& = {},
 /// Whether write_image knows the path's extension.
 bool has_picture_extension(const std::filesystem::path& path);
 
+/// What write_image throws for the path's extension; empty if it knows it.
+std::string extension_problem(const std::filesystem::path& path);
+
 /// Whether a file of this name holds a picture's psivox:scene: not .hdr and .webp.
 bool holds_scene(const std::filesystem::path& path);
 

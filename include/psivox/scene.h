@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <glm/vec2.hpp>
@@ -237,7 +238,7 @@ struct Scene {
   }
   double resolved_step() const { return step.value_or(1.0); }
   double resolved_early_termination() const {
-    return early_termination.value_or(tolerance ? *tolerance / 4 : 1.0 / 16384);
+    return early_termination.value_or(tolerance ? std::min(*tolerance, 1.0) / 4 : 1.0 / 16384);
   }
 };
 

@@ -39,6 +39,8 @@ class FramePattern {
   std::size_t digits_ = 0;      ///< to which numbers are padded; 0: numbers may have any padding
 };
 
+inline constexpr int most_frames = 1000000;  ///< of a sequence
+
 /// Numbers of frames from `1-100`, `1-100x2` (every second) or several of them, `1-10,20`;
 /// ascending. Throws Error(usage), which begins with `option`.
 std::vector<int> read_frames(const std::string& text, const std::string& option);

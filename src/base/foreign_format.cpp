@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 
 #include "base/file_blocks.h"
 #include "base/text.h"
@@ -19,7 +20,7 @@ struct Format {
 };
 
 constexpr Format formats[] = {
-    {"half of an Analyze image", "", 0, ".hdr .img", "nibabel.load($).get_fdata()"},
+    {"half of an Analyze image", "", 0, ".hdr", "nibabel.load($).get_fdata()"},
     {"a DICOM image", "DICM", 128, ".dcm .dicom", "pydicom.dcmread($).pixel_array.T"},
     {"a VTK file", "# vtk DataFile", 0, ".vtk",
      "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F')"},
@@ -68,6 +69,11 @@ std::string foreign_format(const std::string& path, std::string_view head) {
     return foreign_format(path, "<VTKFile");
   for (const Format& format : formats)
     if (has_extension(path, format.extensions)) return advice(format, path);
+  if (has_extension(path, ".img"))
+    return "holds the values of " +
+           in_quotes(std::filesystem::path(path).replace_extension(".hdr").string()) +
+           "; give that file";
+  if (begins("\x1f\x8b") && has_extension(path, ".nii.gz")) return "is a damaged gzip";
   if (begins("\x1f\x8b")) return "is compressed; gunzip -k " + in_quotes(path) + " unpacks it";
   if (begins("PK\3\4")) return "is an archive; unzip " + in_quotes(path) + " unpacks it";
   return {};

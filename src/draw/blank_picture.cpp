@@ -40,6 +40,13 @@ bool camera_sees_box(const View& view) {
   return false;
 }
 
+bool is_in_frame(const glm::dvec3& point, const Camera& camera) {
+  const glm::dvec3 way = point - camera.position;
+  const double ahead = glm::dot(way, camera.forward), reach = camera.orthographic ? 1 : ahead;
+  return ahead > 0 && std::abs(glm::dot(way, camera.right)) <= reach * camera.half_width &&
+         std::abs(glm::dot(way, camera.up)) <= reach * camera.half_height;
+}
+
 std::string place_of_volume(const View& view) {
   return "the volume, which lies from " + short_text(view.subject->box_min) + " to " +
          short_text(view.subject->box_max);
@@ -68,9 +75,12 @@ std::string why_beside(const View& view) {
            place_of_volume(view);
   if (slice_misses_box(view)) return "--slice does not meet " + place_of_volume(view);
   if (camera_sees_box(view)) return {};
+  const glm::dvec3 middle = glm::mix(view.subject->box_min, view.subject->box_max, 0.5);
+  if (is_in_frame(middle, view.camera))
+    return "no ray meets " + place_of_volume(view) +
+           ": it is narrower than a pixel; --zoom enlarges it";
   return "the camera looks past " + place_of_volume(view) +
-         "; leave out the camera's options, or give --camera-target " +
-         short_text(glm::mix(view.subject->box_min, view.subject->box_max, 0.5));
+         "; leave out the camera's options, or give --camera-target " + short_text(middle);
 }
 
 /// Why nothing is on the rays through the volume; empty if something is.

@@ -149,9 +149,9 @@ void Picture::add_error(const Medium& medium) {
 void Picture::add_bound(const Medium& medium) {
   View dark = view_;
   dark.medium = medium;
-  const View exact = lit(dark, reference_light_depths(dark));
-  drawn_.image.layers.push_back(
-      bound_layer(exact, drawn_.image, 1e-9, of_stage(wish_.progress, Stage::checking)));
+  const Progress progress = of_stage(wish_.progress, Stage::checking);
+  const View exact = lit(dark, reference_light_depths(dark), progress);
+  drawn_.image.layers.push_back(bound_layer(exact, drawn_.image, 1e-9, progress));
   drawn_.bound = *std::ranges::max_element(drawn_.image.layers.back().values);
 }
 

@@ -111,13 +111,17 @@ std::optional<Format> format_of_extension(const fs::path& path) {
   return std::nullopt;
 }
 
-Format format_from_extension(const fs::path& path) {
-  if (const auto format = format_of_extension(path)) return *format;
+std::string extension_problem(const fs::path& path) {
+  if (format_of_extension(path)) return {};
   const std::string extension = path.extension().string();
   const std::string found =
       extension.empty() ? "no extension" : "unknown extension " + in_quotes(extension);
-  throw Error(ExitCode::usage, "cannot write " + in_quotes(path.string()) + ": " + found +
-                                   "; use " + known_extensions());
+  return "cannot write " + in_quotes(path.string()) + ": " + found + "; use " + known_extensions();
+}
+
+Format format_from_extension(const fs::path& path) {
+  if (const auto format = format_of_extension(path)) return *format;
+  throw Error(ExitCode::usage, extension_problem(path));
 }
 
 Format format_from_contents(const fs::path& path) {

@@ -55,6 +55,9 @@ std::optional<Format> format_of_extension(const std::filesystem::path& path);
 /// The format by the extension. Throws Error(usage) if no writer knows it.
 Format format_from_extension(const std::filesystem::path& path);
 
+/// Why format_from_extension throws for a path; empty if it does not.
+std::string extension_problem(const std::filesystem::path& path);
+
 /// The format of an existing file by its first bytes. A picture keeps working under another name,
 /// and a hostile file meets only the readers that psivox tests, not OpenImageIO's thirty.
 /// Throws Error(input).

@@ -225,6 +225,8 @@ bool has_picture_extension(const fs::path& path) {
   return image_io::format_of_extension(path).has_value();
 }
 
+std::string extension_problem(const fs::path& path) { return image_io::extension_problem(path); }
+
 bool is_standard_output(const fs::path& path) { return image_io::is_standard_output(path); }
 
 bool holds_layers(const fs::path& path) {

@@ -1,5 +1,6 @@
 #include "look/voxel_lines.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -63,9 +64,18 @@ struct Wanted {
   double share, least;
 };
 constexpr Wanted dense_medium{1.0 / 3, 1}, sparse_medium{0.6, 1.0 / 8};
-/// No more than this times the view's own extinction: a thin medium stays one.
+/// No more than this times the view's own extinction: a medium of few voxels stays thin. Where
+/// voxels are flat, a medium of many is thin in the world: as many times more.
 constexpr double most = 16;
 constexpr std::size_t most_voxels = 2048;
+
+/// The longest edge of a voxel in shortest ones.
+double flatness(const Field& field) {
+  const glm::dmat3 edges(field.world_from_index);
+  const auto [shortest, longest] =
+      std::minmax({glm::length(edges[0]), glm::length(edges[1]), glm::length(edges[2])});
+  return longest / shortest;
+}
 
 /// A voxel's attenuation at extinction 1, and the optical depth from it to the light.
 struct Probe {
@@ -105,7 +115,7 @@ double light_extinction(const View& view, bool sparse) {
   if (lights.empty() || !(least > 0)) return least;
   const Probes probes(view, lights.front().direction);
   if (probes.mean(least) <= wanted_share) return least;
-  double low = least, high = most * view.medium.extinction;
+  double low = least, high = most * flatness(*view.medium.density) * view.medium.extinction;
   // single voxels hide no others from the light, and more would only whiten them
   if (probes.mean(high) > wanted_share) return view.medium.extinction;
   for (int i = 0; i < 40; ++i) {

@@ -285,13 +285,13 @@ void light_others(const View& dark, std::span<const Beam> beams, const DepthsOf&
   }
 }
 
-View lit(View view, const LightDepths& depths) {
+View lit(View view, const LightDepths& depths, const Progress& progress) {
   if (!view.medium.light) return view;
   std::vector<Beam> beams = light_beams(view);
   for (const Beam& beam : sky_beams(view, exact_sky_count)) beams.push_back(beam);
   const View dark = view;
-  view.medium = lit_medium(dark, beams, depths);
-  light_others(dark, beams, own_light_depths, view.medium);
+  view.medium = lit_medium(dark, beams, depths, progress);
+  light_others(dark, beams, own_light_depths, view.medium, progress);
   return view;
 }
 

@@ -168,7 +168,7 @@ void light_others(const View& dark, std::span<const Beam> beams, const DepthsOf&
 
 /// The view in the light of its beams and, if it has a sky, of exact_sky_count directions, all
 /// exact.
-View lit(View view, const LightDepths& depths);
+View lit(View view, const LightDepths& depths, const Progress& progress = {});
 
 /// The medium's transfer function without its colours, which are in the light's luminance.
 std::shared_ptr<const TransferFunction> without_colors(const Medium& medium);

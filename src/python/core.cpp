@@ -98,7 +98,8 @@ py::list parameter_list() {
   for (const Parameter& p : parameters()) {
     if (p.positional) continue;
     rows.append(py::dict(py::arg("name") = p.name, py::arg("metavar") = p.metavar,
-                         py::arg("unit") = p.unit, py::arg("default") = p.default_text,
+                         py::arg("unit") = p.unit,
+                         py::arg("default") = with_keywords(p.default_text),
                          py::arg("help") = with_keywords(p.help), py::arg("unset") = p.unset,
                          py::arg("group") = group_name(p.group), py::arg("kind") = kind_of(p)));
   }
@@ -172,6 +173,12 @@ py::tuple deep_arrays(const py::object& self) {
   return py::make_tuple(counts, samples);
 }
 
+/// Text that may hold the name of a file, whose bytes need not be UTF-8.
+py::object text_of(const std::string& bytes) {
+  return py::reinterpret_steal<py::object>(
+      PyUnicode_DecodeUTF8(bytes.data(), py::ssize_t(bytes.size()), "surrogateescape"));
+}
+
 void define_errors(py::module_& m) {
   static py::handle error_type =
       PyErr_NewExceptionWithDoc("psivox.Error",
@@ -184,7 +191,7 @@ void define_errors(py::module_& m) {
     try {
       std::rethrow_exception(thrown);
     } catch (const Error& error) {
-      py::object exception = error_type(with_keywords(error.what()));
+      py::object exception = error_type(text_of(with_keywords(error.what())));
       exception.attr("exit_code") = int(error.code());
       PyErr_SetObject(error_type.ptr(), exception.ptr());
     }
@@ -270,6 +277,10 @@ void define_studies(py::module_& m) {
       options.split = split;
       options.resume = resume;
       options.progress = progress;
+      options.stop = [check = SignalCheck()]() mutable {
+        check();
+        return false;
+      };
       for (const auto& [name, picture, time_ms] : foreign)
         options.foreign.push_back({name, picture, time_ms});
       check_study_folder(folder, resume);
@@ -327,7 +338,8 @@ PYBIND11_MODULE(_core, m) {
   m.def("hint", &hint);
   m.def("start_guarded_reading",
         [](const std::string& server) { run([&] { start_guarded_reading(server); }); });
-  m.def("trust_files", &trust_files);
+  m.def("trust_files", &trust_files,
+        "Reads files in this process from now on, without its guard: only for files of your own.");
   m.def("reading_guard", &reading_guard);
   m.def("fail", [](int code, const std::string& message) {
     throw Error(static_cast<ExitCode>(code), message);
@@ -338,7 +350,10 @@ PYBIND11_MODULE(_core, m) {
     return std::array{n.textures, n.buffers,       n.framebuffers, n.programs,
                       n.shaders,  n.vertex_arrays, n.queries};
   });
-  m.def("close", &close_marchers);
+  m.def("close", [] {
+    Working::end();
+    close_marchers();
+  });
 }
 
 }  // namespace psivox::python

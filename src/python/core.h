@@ -2,9 +2,11 @@
 
 #include <pybind11/pybind11.h>
 
+#include <atomic>
 #include <chrono>
 #include <new>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include "drawing.h"
@@ -19,10 +21,39 @@ struct Stop {
   py::error_already_set exception;
 };
 
+/// Counts the calls that work without the GIL. A thread that asked for the GIL while Python ends
+/// would never get it, so Python waits for them.
+class Working {
+ public:
+  Working() {
+    check_open();
+    ++calls_;
+  }
+  ~Working() { --calls_; }
+  Working(const Working&) = delete;
+  Working& operator=(const Working&) = delete;
+
+  /// Throws Error(failure) once Python ends.
+  static void check_open() {
+    if (ends_) throw Error(ExitCode::failure, "Python ends");
+  }
+  /// Lets every call end, and refuses others. Call it with the GIL, with which calls begin.
+  static void end() {
+    ends_ = true;
+    const py::gil_scoped_release others;
+    while (calls_ > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+
+ private:
+  static inline std::atomic<bool> ends_ = false;
+  static inline std::atomic<int> calls_ = 0;
+};
+
 /// Lets Python handle signals, and so Ctrl-C, at most every 50 ms. Call it without the GIL.
 class SignalCheck {
  public:
   void operator()() {
+    Working::check_open();
     const auto now = std::chrono::steady_clock::now();
     if (now - last_ < std::chrono::milliseconds(50)) return;
     last_ = now;
@@ -38,6 +69,7 @@ class SignalCheck {
 template <typename Work>
 auto run(Work&& work) {
   try {
+    const Working working;
     const py::gil_scoped_release others;
     check_process();
     return work();

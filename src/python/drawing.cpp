@@ -35,6 +35,15 @@ struct Released {
   ~Released() { release(marcher); }
 };
 
+/// Says which thread draws, while it does.
+struct DrawingThread {
+  std::atomic<std::thread::id>& thread;
+  explicit DrawingThread(std::atomic<std::thread::id>& told) : thread(told) {
+    thread = std::this_thread::get_id();
+  }
+  ~DrawingThread() { thread = std::thread::id(); }
+};
+
 constexpr std::uint64_t large_atlas = 64 << 20;  // [bytes]
 constexpr std::size_t most_idle = 2;
 
@@ -147,7 +156,9 @@ Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wante
 
 Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
                       const Progress& progress) {
+  check_not_drawing();
   const std::lock_guard lock(mutex_);
+  const DrawingThread drawing(drawing_);
   const bool in_time = wanted.time_budget_ms.has_value();
   const Scene given = scene_of(words, *file_, given_);
   check(given, wanted);
@@ -194,7 +205,14 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   }
 }
 
+void Drawing::check_not_drawing() const {
+  if (drawing_ == std::this_thread::get_id())
+    throw Error(ExitCode::usage,
+                "progress cannot draw with the session that calls it, nor close it");
+}
+
 void Drawing::close() {
+  check_not_drawing();
   const std::lock_guard lock(mutex_);
   lease_.reset();
 }

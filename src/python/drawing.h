@@ -1,9 +1,11 @@
 #pragma once
 
+#include <atomic>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -101,8 +103,11 @@ class Drawing {
   /// The session's scene with the parameters of `given` that a picture may change; unset: none.
   std::optional<Scene> moved(const Scene& given, bool in_time) const;
   Picture finish(Drawn drawn, const Wish& wish, const PictureWords& wanted);
+  /// Throws Error(usage) in a call from the `progress` of a picture, which would wait for itself.
+  void check_not_drawing() const;
 
   std::mutex mutex_;
+  std::atomic<std::thread::id> drawing_{};  ///< the thread that draws
   std::shared_ptr<const VdbFile> file_;
   Scene given_;              ///< of the constructor
   bool gives_background_;    ///< so that a look's is not wanted

@@ -57,7 +57,7 @@ py::array_t<float> dense_values(const VdbFile& file, const std::string& grid) {
 py::object place_of(const VdbFile& file, const std::string& name) {
   const auto rows = run([&] { return file.info(false); });
   for (const GridInfo& row : rows) {
-    if (row.name != name) continue;
+    if (row.name != name && row.name != name + "[0]") continue;  // of several, the first
     py::list matrix;
     for (int r = 0; r < 4; ++r)
       for (int c = 0; c < 4; ++c) matrix.append(row.world_from_index[c][r]);

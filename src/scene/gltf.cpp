@@ -86,33 +86,41 @@ struct CameraNode {
   std::optional<double> target_distance;
 };
 
-/// Collects a node's cameras and those below it. A tree is no deeper than it has nodes.
-void collect(const Json& nodes, const Json& cameras, std::size_t index, const glm::dmat4& parent,
-             std::size_t depth, std::vector<CameraNode>& found) {
-  if (depth > nodes.size()) throw Json::other_error::create(500, "nodes form a circle", nullptr);
-  const Json& node = nodes.at(index);
-  const glm::dmat4 world = parent * local_transform(node);
-  if (node.contains("camera")) {
-    CameraNode row{node.value("name", ""), "", node["camera"].get<std::size_t>(), world, {}};
-    row.camera_name = cameras.at(row.camera).value("name", "");
-    if (node.contains("extras") && node["extras"].contains(distance_name))
-      row.target_distance = node["extras"][distance_name].get<double>();
-    found.push_back(row);
+/// Collects the cameras of a root and of the nodes below it, and marks these nodes. A file may have
+/// more levels than the stack holds.
+void collect(const Json& nodes, const Json& cameras, std::size_t root, std::vector<bool>& seen,
+             std::vector<CameraNode>& found) {
+  std::vector<std::pair<std::size_t, glm::dmat4>> open{{root, glm::dmat4(1)}};
+  while (!open.empty()) {
+    const auto [index, parent] = open.back();
+    open.pop_back();
+    const Json& node = nodes.at(index);
+    if (seen[index]) throw Json::other_error::create(500, "a node has two parents", nullptr);
+    seen[index] = true;
+    const glm::dmat4 world = parent * local_transform(node);
+    if (node.contains("camera")) {
+      CameraNode row{node.value("name", ""), "", node["camera"].get<std::size_t>(), world, {}};
+      row.camera_name = cameras.at(row.camera).value("name", "");
+      if (node.contains("extras") && node["extras"].contains(distance_name))
+        row.target_distance = node["extras"][distance_name].get<double>();
+      found.push_back(row);
+    }
+    const auto children = node.value("children", std::vector<std::size_t>());
+    for (auto child = children.rbegin(); child != children.rend(); ++child)
+      open.emplace_back(*child, world);
   }
-  for (const Json& child : node.value("children", Json::array()))
-    collect(nodes, cameras, child.get<std::size_t>(), world, depth + 1, found);
 }
 
 std::vector<CameraNode> camera_nodes(const Json& gltf) {
   std::vector<CameraNode> found;
   const Json nodes = gltf.value("nodes", Json::array());
   const Json cameras = gltf.value("cameras", Json::array());
-  std::vector<bool> is_child(nodes.size());
+  std::vector<bool> is_child(nodes.size()), seen(nodes.size());
   for (const Json& node : nodes)
     for (const Json& child : node.value("children", Json::array()))
       if (child.get<std::size_t>() < is_child.size()) is_child[child.get<std::size_t>()] = true;
   for (std::size_t i = 0; i < nodes.size(); ++i)
-    if (!is_child[i]) collect(nodes, cameras, i, glm::dmat4(1), 0, found);
+    if (!is_child[i]) collect(nodes, cameras, i, seen, found);
   return found;
 }
 
@@ -198,6 +206,7 @@ std::vector<double> numbers_of(const Json& gltf, const std::vector<std::string>&
     for (std::size_t k = 0; k < parts; ++k) {
       float value = 0;
       std::memcpy(&value, bytes.data() + begin + i * stride + k * sizeof value, sizeof value);
+      if (!std::isfinite(value)) refuse(source, "its animation has a number that is not finite");
       numbers.push_back(double(value));
     }
   return numbers;

@@ -115,13 +115,15 @@ CameraPath CameraPath::read(const std::string& path, bool z_up, double rate) {
     result.first_ = animation.begin * rate;
     result.last_ = animation.end * rate;
     result.camera_ = [rate, at = animation.at](double frame) { return at(frame / rate); };
-    return result;
+  } else {
+    result.keys_ = keys_of(read_text(path, "camera path"), path);
+    if (result.keys_.empty()) refuse(path, "it has no key");
+    std::ranges::stable_sort(result.keys_, {}, &CameraKey::frame);
+    result.first_ = result.keys_.front().frame;
+    result.last_ = result.keys_.back().frame;
   }
-  result.keys_ = keys_of(read_text(path, "camera path"), path);
-  if (result.keys_.empty()) refuse(path, "it has no key");
-  std::ranges::stable_sort(result.keys_, {}, &CameraKey::frame);
-  result.first_ = result.keys_.front().frame;
-  result.last_ = result.keys_.back().frame;
+  constexpr double most = 1e9;
+  if (result.first_ < -most || result.last_ > most) refuse(path, "it has frames beyond a billion");
   return result;
 }
 

@@ -34,8 +34,6 @@ std::size_t digits_of(const std::smatch& found) {
   return digits.empty() || digits == "0" ? 1 : std::size_t(digits[0] - '0');
 }
 
-constexpr std::size_t most_frames = 1000000;
-
 [[noreturn]] void refuse_frames(const std::string& option, const std::string& text) {
   throw Error(
       ExitCode::usage,
@@ -212,7 +210,7 @@ std::vector<int> read_frames(const std::string& text, const std::string& option)
     const Span span = read_span(item, option, text);
     for (long long frame = span.first; frame <= span.last; frame += span.step) {
       frames.insert(int(frame));
-      if (frames.size() > most_frames)
+      if (int(frames.size()) > most_frames)
         throw Error(ExitCode::usage, option + " " + in_quotes(text) + ": more than " +
                                          std::to_string(most_frames) + " frames");
     }

@@ -209,7 +209,10 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
   std::vector<std::string> paths(files.begin(), files.end());
   if (!instead.empty()) paths = readable(scene, files, instead);
   Scene common = scene;
-  if (common.grid.empty()) common.grid = common_grid(paths);
+  if (common.grid.empty()) {
+    common.grid = common_grid(paths);
+    if (!instead.empty()) paths = readable(common, files, instead);  // those that have the grid
+  }
   std::vector<Sample> samples = samples_of(common, paths, open_look, background);
   const std::string look = common_look(samples);
   if (look != "plain") {

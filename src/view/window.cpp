@@ -23,6 +23,8 @@ Window& window_of(GLFWwindow* window) {
   return *static_cast<Window*>(glfwGetWindowUserPointer(window));
 }
 
+constexpr int widest = 16384;  // a larger window makes X11 end the program
+
 constexpr const char* advice =
     "; psivox render draws the same picture to a file and needs no display";
 
@@ -56,7 +58,8 @@ Window::Window(const glm::ivec2& size, bool egl, bool debug) {
   glfwWindowHint(GLFW_OPENGL_DEBUG_CONTEXT, debug);
   glfwWindowHint(GLFW_DEPTH_BITS, 0);
   glfwWindowHint(GLFW_STENCIL_BITS, 0);
-  window_ = glfwCreateWindow(std::max(size.x, 1), std::max(size.y, 1), "psivox", nullptr, nullptr);
+  const glm::ivec2 shown = glm::clamp(size, 1, widest);
+  window_ = glfwCreateWindow(shown.x, shown.y, "psivox", nullptr, nullptr);
   if (!window_) {
     const std::string why = last_glfw_error();
     glfwTerminate();

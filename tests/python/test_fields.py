@@ -4,6 +4,7 @@ import ctypes
 import gc
 import os
 import re
+import shutil
 import weakref
 
 import numpy as np
@@ -67,6 +68,11 @@ def test_types(cloud, dtype):
     if dtype == "bool":
         whole = np.minimum(whole, 1)
     assert np.array_equal(picture(whole.astype(dtype)), picture(whole))
+
+
+def test_masked_voxels_are_empty(cloud):
+    masked = np.ma.masked_array(cloud, mask=cloud > 0.3)
+    assert np.array_equal(picture(masked), picture(np.where(cloud > 0.3, 0, cloud)))
 
 
 def test_a_freed_array(cloud, of_cloud):
@@ -233,8 +239,25 @@ def test_files(blobs, refused, tmp_path):
     assert np.array_equal(picture(file), picture(blobs))
     assert np.array_equal(picture(file["temperature"]), picture(blobs, grid="temperature"))
     assert "did you mean density" in refused(3, lambda: file["densty"])
+    assert file.get("densty") is None and file.get("density").shape == file["density"].shape
+    refused(3, lambda: file[3])
+    frames = tmp_path / "frames.nrrd"
+    frames.write_text("NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 1 1 2\nencoding: text\n"
+                      "kinds: domain domain domain list\n\n1 2 3 4\n")
+    assert psivox.open(frames)["image"].shape == (2, 1, 1)  # the first of several, as --grid has it
     refused(3, psivox.open, tmp_path / "none.vdb")
     refused(3, psivox.info, tmp_path)
+
+
+def test_names_of_files_are_bytes(blobs, refused, tmp_path):
+    path = os.fsdecode(os.fsencode(tmp_path) + b"/\xff.vdb")
+    shutil.copy(blobs, path)
+    assert np.array_equal(picture(path), picture(blobs))
+    assert "/\udcff.vdx: no such file" in refused(3, psivox.open, path[:-1] + "x")
+    assert "zero byte" in refused(2, psivox.open, blobs + "\0")
+    assert "expected the name of a file" in refused(2, psivox.info, 3)
+    for file in blobs, psivox.open(blobs):
+        assert "psivox.open" in refused(2, psivox.render, {"density": file})
 
 
 def test_info(blobs, command):

@@ -212,10 +212,12 @@ def test_progress(blobs):
     assert bar.n == pytest.approx(50) and bar.closed
 
 
-def test_an_exception_in_progress_ends_the_picture(blobs):
+def test_an_exception_in_progress_ends_the_picture(blobs, refused):
     def stop(fraction):
         raise KeyError("enough")
     with psivox.Session(blobs) as session:
+        for again in session.close, session.render:  # would wait for themselves
+            refused(2, session.render, resolution=SMALL, progress=lambda fraction: again())
         with pytest.raises(KeyError):
             session.render(resolution=SMALL, progress=stop)
         assert session.render(resolution=SMALL).shape == (32, 48, 4)
@@ -231,6 +233,14 @@ def test_wrong_keywords(blobs, refused):
     refused(2, psivox.render, blobs, fov=object())
     refused(2, psivox.render, blobs, progress=3)
     refused(2, psivox.render, blobs, camera_position=(1, float("nan"), 0))
+    for name, value in [("aov", 3), ("check_error", -1), ("check_error", "x"), ("time_budget", 0),
+                        ("time_budget", float("nan")), ("scene", 3), ("scene", {"fov": object()})]:
+        refused(2, psivox.render, blobs, **{name: value})
+    refused(2, psivox.show, blobs, page_limit="x")
+    refused(2, psivox.study, blobs, repeats=0)
+    assert "mean aov" not in refused(2, psivox.study, blobs, aov="depth")
+    scene = {"azimuth": np.float32(30), "camera-target": np.zeros(3)}
+    assert psivox.render(blobs, resolution=SMALL, aov=None, scene=scene).layers == []
 
 
 def test_other_errors(blobs, refused, tmp_path):

@@ -126,6 +126,19 @@ except KeyboardInterrupt:
     assert process.communicate(timeout=60)[0].endswith("ended\n") and process.returncode == 0
 
 
+def test_python_ends_while_a_thread_draws():
+    process = run_python("""
+import numpy as np, psivox, threading, time
+values, drawing = np.random.rand(40, 40, 40), threading.Event()
+def draw():
+    while True:
+        psivox.render(values, resolution=(400, 400), progress=lambda fraction: drawing.set())
+threading.Thread(target=draw, daemon=True).start()
+drawing.wait()
+""", stderr=subprocess.DEVNULL)
+    assert process.wait(timeout=60) == 0
+
+
 def test_a_forked_process_is_told(blobs):
     process = run_python(f"""
 import os, psivox

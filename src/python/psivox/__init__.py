@@ -3,9 +3,9 @@
     import numpy as np, psivox
     psivox.render(np.random.rand(64, 64, 64).astype("f4")).write("x.png")
 
-A source is a .vdb, NIfTI or NRRD file (its path, or one grid of `psivox.open`), an array, `psivox.field`, or a dict of
-these by the names of grids. The keywords of a scene are the options of the program `psivox`, with
-`_` in place of `-`; `help(psivox.render)` lists them.
+A source is the path of a .vdb, .nvdb, NIfTI or NRRD file, a grid of `psivox.open`, an array,
+`psivox.field`, or a dict of grids and arrays by the names of grids. The keywords of a scene are the
+options of the program `psivox`, with `_` in place of `-`; `help(psivox.render)` lists them.
 
 Whatever goes wrong is a `psivox.Error` with one line of text and `exit_code`, that of the program:
 2 usage, 3 input, 4 graphics, 5 output, 6 memory, 7 a check failed, 1 anything else.

@@ -2,6 +2,7 @@
 
 import collections.abc
 import json
+import numbers
 import os
 
 import numpy as np
@@ -22,9 +23,35 @@ def _bad_input(message):
     _core.fail(3, message)
 
 
+def file_name(path):
+    """The name of a file as the library takes it: bytes, so that any name on the disk will do."""
+    try:
+        name = os.fsencode(path)
+    except (TypeError, ValueError):
+        usage(f"{path!r}: expected the name of a file")
+    if b"\0" in name:
+        usage(f"{path!r}: a file's name has no zero byte")
+    return name
+
+
+def whole_number(value, name, least, most=2**31 - 1):
+    """The value as an int, or psivox.Error."""
+    if not isinstance(value, numbers.Integral) or not least <= value <= most:
+        usage(f"{name} {value!r}: expected a whole number from {least} to {most}")
+    return int(value)
+
+
+def positive_number(value, name):
+    """The value as a float, or psivox.Error."""
+    if not isinstance(value, numbers.Real) or not 0 < value < float("inf"):
+        usage(f"{name} {value!r}: expected a number above 0")
+    return float(value)
+
+
 def _open_file(path):
+    name = file_name(path)
     _core.start_guarded_reading(_readers)
-    return _core.File(os.fspath(path))
+    return _core.File(name)
 
 
 class Field:
@@ -101,15 +128,23 @@ class File(collections.abc.Mapping):
     """An open file (.vdb, .nvdb, NIfTI, NRRD): a mapping from names of grids to `Field`s."""
 
     def __init__(self, path):
-        self._path = os.fspath(path)
         self._file = _open_file(path)
+        self._path = os.fsdecode(path)
 
     def __getitem__(self, name):
-        if name not in self._file.names and self._file.channels(name) == 0:
+        if not self._has(name):
             known = ", ".join(self._file.names)
             _bad_input(f"{self._path}: there is no grid '{name}'"
-                       f"{_core.hint(name, self._file.names)}; there are: {known}")
+                       f"{_core.hint(str(name), self._file.names)}; there are: {known}")
         return Field(self._file, name, self._path)
+
+    def _has(self, name):
+        return isinstance(name, str) and (name in self._file.names or
+                                          self._file.channels(name) > 0)
+
+    def get(self, name, default=None):
+        """The grid of that name, or `default`."""
+        return self[name] if self._has(name) else default
 
     def __iter__(self):
         return iter(self._file.names)
@@ -133,8 +168,9 @@ def open(path):
 def info(path):
     """What `psivox info --json` tells of a file, as a dict: its grids, their boxes, values and
     transforms, and what psivox chooses for a picture."""
+    name = file_name(path)
     _core.start_guarded_reading(_readers)
-    return json.loads(_core.info(os.fspath(path)))
+    return json.loads(_core.info(name))
 
 
 def _three(value, name):
@@ -173,8 +209,9 @@ def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=Fa
 
     array: numbers by index [x, y, z], or [x, y, z, 3] for vectors, of any real dtype, byte order
         and strides. float32 of any strides is read in place: leave it unchanged while the field or
-        a session of it is in use. Other types become float32, a copy. Voxels of value 0 are empty.
-        NaN and Inf are replaced and reported, as those of a file.
+        a session of it is in use. Other types become float32, a copy. Voxels of value 0, and
+        those that a numpy.ma array masks, are empty. NaN and Inf are replaced and reported, as
+        those of a file.
     voxel_size: length of a voxel, one number or three [world units].
     origin: centre of voxel [0, 0, 0] [world units].
     name: the grid's name.
@@ -182,6 +219,8 @@ def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=Fa
     transform: 4 x 4 from index (x, y, z, 1) to world, such as nibabel's `affine`; in place of
         voxel_size and origin.
     """
+    if isinstance(array, np.ma.MaskedArray):
+        array = array.filled(0)
     try:
         values = np.asarray(array)
     except Exception as error:
@@ -213,8 +252,8 @@ class Source:
     def __init__(self, source):
         self.path, self.grid = "", None
         if isinstance(source, (str, bytes, os.PathLike)):
+            self.file = _open_file(source)
             self.path = os.fsdecode(source)
-            self.file = _open_file(self.path)
         elif isinstance(source, File):
             self.path, self.file = source._path, source._file
         elif isinstance(source, collections.abc.Mapping):
@@ -229,4 +268,6 @@ class Source:
 
 def as_field(value, name="density"):
     """The value itself if it is a Field, else the array's."""
+    if isinstance(value, (str, bytes, os.PathLike, File)):
+        usage(f"{name}: expected a grid, not a file; psivox.open(path)['{name}'] is one")
     return value if isinstance(value, Field) else field(value, name=name)

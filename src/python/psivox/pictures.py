@@ -11,14 +11,15 @@ import warnings
 import numpy as np
 
 from . import _core
-from .grids import Source, usage
+from .grids import Source, file_name, positive_number, usage, whole_number
 from .scene import documented, words_of
 
 __all__ = ["Comparison", "Image", "Page", "Session", "compare", "devices", "reference", "render",
            "show", "study", "verify"]
 
-# keywords of a call that are not the scene's
-_call_names = ("aov", "camera", "check_error", "progress", "scene", "time_budget")
+# keywords of calls that are not the scene's
+_picture_names = ("aov", "camera", "check_error", "progress", "time_budget")
+_study_names = ("add", "camera", "folder", "progress", "repeats", "resume", "scene", "split")
 
 
 def _extends(compiled):
@@ -77,7 +78,9 @@ class Image:
         """Writes .exr or .tif (linear), .png, .jpg or .webp (sRGB), .hdr: the file that
         `psivox render -o` writes. half: an .exr of 16-bit floats; bits: 8 or 16, of .png or .tif.
         """
-        for notice in self._write(os.fspath(path), half, bits):
+        if bits is not None:
+            bits = whole_number(bits, "bits", 8, 16)
+        for notice in self._write(file_name(path), bool(half), bits):
             warnings.warn(notice, stacklevel=2)
 
     def page(self, path, *, credit="", page_limit=32):
@@ -132,7 +135,9 @@ class _Progress:
 
 
 def _layers(aov):
-    names = [aov] if isinstance(aov, str) else list(aov)
+    if aov is None:
+        return []
+    names = list(aov) if np.iterable(aov) and not isinstance(aov, str) else [aov]
     for name in names:
         if name not in _core.layer_names:
             usage(f"aov: unknown layer '{name}'{_core.hint(str(name), _core.layer_names)}")
@@ -156,22 +161,25 @@ class Session:
         opened = Source(source)
         if opened.grid is not None and "grid" not in keywords:
             keywords["grid"] = opened.grid
-        words = words_of(keywords, _call_names, scene, camera)
-        words.settings = [("input", opened.path), *words.settings]
+        words = words_of(keywords, (*_picture_names, "scene"), scene, camera)
+        words.settings = [("input", os.fsencode(opened.path)), *words.settings]
         self._source = source
         self._drawing = _core.Drawing(opened.file, words)
 
     def render(self, *, aov=(), time_budget=None, check_error=0, progress=None, camera=None,
                **scene):
         """Draws the session's scene with these keywords in place of its own; see psivox.render."""
-        return self._draw(words_of(scene, _call_names, None, camera), aov, time_budget, check_error,
-                          progress)
+        words = words_of(scene, _picture_names, None, camera)
+        return self._draw(words, aov, time_budget, check_error, progress)
 
     def _draw(self, words, aov, time_budget, check_error, progress, page=None):
+        if time_budget is not None:
+            time_budget = positive_number(time_budget, "time_budget")
+        check_error = whole_number(check_error, "check_error", 0)
+        layers = _layers(aov)
         bar = _Progress(progress)
         try:
-            image = self._drawing.draw(words, _layers(aov), time_budget, check_error, bar.report,
-                                       page)
+            image = self._drawing.draw(words, layers, time_budget, check_error, bar.report, page)
         finally:
             bar.close()
         for notice in image.notices:
@@ -195,7 +203,7 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
     """Draws a picture, the one that `psivox render` draws with the same options.
 
     source: a .vdb's path, a grid of `psivox.open`, an array by [x, y, z] (see `psivox.field`), or a
-        dict of these by the names of grids.
+        dict of grids and arrays by the names of grids.
     aov: extra layers: depth, transmittance, steps, samples, error, bound; or deep, a deep picture:
         image["deep"] is the number of samples of each pixel and, from front to back, their Z,
         ZBack, R, G, B and A.
@@ -224,7 +232,7 @@ class Page:
 
     def write(self, path):
         """Writes the .html that `psivox render -o` writes."""
-        _core.write_text(os.fspath(path), self.html)
+        _core.write_text(file_name(path), self.html)
 
     def _repr_html_(self):
         return (f'<iframe srcdoc="{html.escape(self.html)}" width="100%" allow="fullscreen" '
@@ -242,7 +250,7 @@ def show(source, *, credit="", page_limit=32, progress=None, scene=None, camera=
     The other keywords are those of psivox.render.
     """
     with Session(source, scene=scene, camera=camera, **keywords) as session:
-        page = (credit, page_limit)
+        page = (str(credit), positive_number(page_limit, "page_limit"))
         return Page(session._draw(words_of({}), (), None, 0, progress, page))
 
 
@@ -265,8 +273,8 @@ class Comparison(typing.NamedTuple):
 
 
 def _picture(source):
-    if isinstance(source, (str, os.PathLike)):
-        return os.fspath(source)
+    if isinstance(source, (str, bytes, os.PathLike)):
+        return file_name(source)
     pixels = np.asarray(source)
     if pixels.ndim != 3 or pixels.shape[2] not in (3, 4) or pixels.dtype.kind not in "biuf":
         usage(f"a picture of shape {pixels.shape}: expected (height, width, 3 or 4)")
@@ -293,7 +301,7 @@ def study(source, folder=None, *, add=None, repeats=3, split=True, resume=False,
 
     folder: for the tables, plots and pictures of `psivox study`; by default they are not kept.
     add: pictures of other renderers by name, each a file, or a file and its time [ms].
-    repeats: timed runs of each method.
+    repeats: timed runs of each method, 1 to 1000.
     split: also measures step error and arithmetic error apart, which takes most of the time.
     resume: goes on with the study in the folder.
     integrators, samplings, segments, steps, filters, texels, tolerances, resolutions: lists of what
@@ -312,18 +320,19 @@ def study(source, folder=None, *, add=None, repeats=3, split=True, resume=False,
     opened = Source(source)
     if opened.grid is not None:
         keywords.setdefault("grid", opened.grid)
-    words = words_of(keywords, (*_call_names, *names), scene, camera)
-    words.settings = [("input", opened.path), *words.settings]
+    words = words_of(keywords, (*_study_names, *names), scene, camera)
+    words.settings = [("input", os.fsencode(opened.path)), *words.settings]
+    repeats = whole_number(repeats, "repeats", 1, 1000)
     bar = _Progress(progress)
     foreign = []
     for name, picture in (add or {}).items():
         file, time_ms = picture if isinstance(picture, tuple) else (picture, 0)
-        foreign.append((name, os.fspath(file), time_ms))
+        foreign.append((name, file_name(file), time_ms))
     with tempfile.TemporaryDirectory(prefix="psivox-") as kept:
-        where = os.path.join(kept, "study") if folder is None else os.fspath(folder)
+        where = os.path.join(kept, "study") if folder is None else os.fsdecode(file_name(folder))
         try:
-            _core.study(opened.file, words, where, lists, foreign, repeats, split, resume,
-                        bar.report)
+            _core.study(opened.file, words, file_name(where), lists, foreign, repeats, bool(split),
+                        bool(resume), bar.report)
         finally:
             bar.close()
         with open(os.path.join(where, "results.csv"), newline="", encoding="utf-8") as file:
@@ -344,7 +353,7 @@ def verify(filter="exact", device=-1):
 
     Returns a list of dicts: name, error, bound, reason, passed.
     """
-    return _core.verify(filter, device)
+    return _core.verify(str(filter), whole_number(device, "device", -1))
 
 
 def devices():

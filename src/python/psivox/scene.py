@@ -9,7 +9,7 @@ import textwrap
 import numpy as np
 
 from . import _core
-from .grids import usage
+from .grids import file_name, usage
 
 __all__ = ["parameters"]
 
@@ -55,6 +55,12 @@ def _text(name, value, kind=""):
     return ("x" if kind == "pixels" else ",").join(_text(name, item) for item in items)
 
 
+def _plain(value):
+    if isinstance(value, (np.generic, np.ndarray)):
+        return value.tolist()
+    usage(f"scene: expected text, numbers and lists, not {type(value).__name__}")
+
+
 def words_of(scene, others=(), base=None, camera=None):
     """SceneWords of keywords. `others`: names that the call takes besides, for suggestions."""
     words = _core.SceneWords()
@@ -62,16 +68,17 @@ def words_of(scene, others=(), base=None, camera=None):
     for name, value in scene.items():
         row = _rows.get(name)
         if row is None:
-            usage(f"unknown keyword '{name}'{_core.hint(name, [*_rows, *others])}")
+            known = [other for other in (*_rows, *others) if other != name]
+            usage(f"unknown keyword '{name}'{_core.hint(name, known)}")
         if value is not None:
-            settings.append((row["name"], _text(name, value, row["kind"])))
+            settings.append((row["name"], os.fsencode(_text(name, value, row["kind"]))))
     words.settings = settings
     if camera is not None:
-        words.camera = os.fspath(camera)
+        words.camera = file_name(camera)
     if isinstance(base, collections.abc.Mapping):
-        words.base = json.dumps(dict(base))
+        words.base = json.dumps(dict(base), default=_plain)
     elif base is not None:
-        words.base_file = os.fspath(base)
+        words.base_file = file_name(base)
     return words
 
 
