@@ -47,6 +47,11 @@ constexpr std::pair<const char*, bool Layers::*> layer_members[] = {
 
 }  // namespace
 
+bool Layers::has(std::string_view name) const {
+  return std::ranges::any_of(
+      layer_members, [&](const auto& row) { return row.first == name && this->*row.second; });
+}
+
 LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
   if (wish.any_light) return {};
   if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "base/text.h"
+#include "field/value_range.h"
 #include "look/draft.h"
 #include "look/voxel_lines.h"
 #include "medium/map_field.h"
-#include "medium/value_range.h"
 #include "psivox/parameters.h"
 
 namespace psivox {

@@ -116,15 +116,11 @@ std::string hint(const std::string& name, const std::vector<std::string>& known)
 
 /// Any picture as the library has it: H x W x 4, or x 3 with alpha 1.
 Image image_of(const Floats& pixels) {
-  Image image;
-  image.height = int(pixels.shape(0));
-  image.width = int(pixels.shape(1));
-  image.layers.push_back({"", {"R", "G", "B", "A"}, {}});
+  Image image = rgba_image(int(pixels.shape(1)), int(pixels.shape(0)), 1);
   const auto channels = std::size_t(pixels.shape(2));
   const float* value = pixels.data();
-  for (py::ssize_t i = 0; i < pixels.shape(0) * pixels.shape(1); ++i, value += channels)
-    for (std::size_t c = 0; c < 4; ++c)
-      image.layers[0].values.push_back(c < channels ? value[c] : 1.0f);
+  for (std::size_t i = 0; i < image.rgba().size(); i += 4, value += channels)
+    std::copy_n(value, channels, &image.rgba()[i]);
   return image;
 }
 

@@ -1,4 +1,4 @@
-#include "medium/value_range.h"
+#include "field/value_range.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -8,7 +8,6 @@
 
 #include "field/lane_range.h"
 #include "field/leaf_values.h"
-#include "field/value_percentile.h"
 
 namespace psivox {
 namespace {
