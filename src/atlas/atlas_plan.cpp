@@ -8,7 +8,6 @@
 #include <optional>
 
 #include "atlas/brick_source.h"
-#include "atlas/page_table.h"
 #include "field/index_space.h"
 
 namespace psivox::atlas {
