@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "atlas/atlas.h"
+#include "field/leaf_values.h"
 
 namespace psivox {
 namespace {
@@ -164,8 +165,7 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field) {
   for (const auto& [cube, bits] : cubes)
     for (int n = 0; n < 512; ++n)
       if (bits[std::size_t(n)])
-        bricks.push_back(8 * glm::ivec3(cube[0], cube[1], cube[2]) +
-                         glm::ivec3(n >> 6, n >> 3 & 7, n & 7));
+        bricks.push_back(8 * glm::ivec3(cube[0], cube[1], cube[2]) + leaf_voxel(n));
   return bricks;
 }
 

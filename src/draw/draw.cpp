@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/text.h"
 #include "draw/picture.h"
 #include "gl/gl_renderer.h"
 #include "march/march_double.h"
@@ -62,11 +63,8 @@ LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wis
 }
 
 const std::vector<std::string>& layer_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> list;
-    for (const auto& [name, member] : layer_members) list.emplace_back(name);
-    return list;
-  }();
+  static const std::vector<std::string> names =
+      names_in(layer_members, [](const auto& row) { return row.first; });
   return names;
 }
 

@@ -23,7 +23,7 @@ void for_active(const Field& field, const Take& take) {
   for (const Leaf& leaf : field.leaves) {
     const LeafValues values = values_of(field, leaf);
     for (int i = 0; i < 512; ++i) {
-      const glm::ivec3 voxel(i >> 6, (i >> 3) & 7, i & 7);
+      const glm::ivec3 voxel = leaf_voxel(i);
       if (field.active_box.contains(leaf.origin + voxel)) take(*values.at(voxel));
     }
   }

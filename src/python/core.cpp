@@ -251,11 +251,7 @@ void define_pictures(py::module_& m) {
 }
 
 void define_studies(py::module_& m) {
-  m.def("sweep_lists", [] {
-    std::vector<std::string> names;
-    for (const SweepList& list : sweep_lists()) names.push_back(list.name);
-    return names;
-  });
+  m.def("sweep_lists", [] { return names_in(sweep_lists(), &SweepList::name); });
   m.def("swept_parameters", &swept_parameters);
   m.def("study", [](const std::shared_ptr<VdbFile>& file, const SceneWords& words,
                     const std::string& folder, const std::map<std::string, std::string>& lists,

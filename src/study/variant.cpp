@@ -90,20 +90,16 @@ Sweep::Sweep() {
 std::vector<SweepList> sweep_lists() { return {std::begin(lists), std::end(lists)}; }
 
 std::vector<std::string> swept_parameters() {
-  std::vector<std::string> names{"renderer"};
-  for (const List& list : lists) names.emplace_back(list.parameter);
-  names.pop_back();  // without resolutions the scene's counts
+  std::vector<std::string> names = names_in(lists, &List::parameter);
+  names.back() = "renderer";  // without resolutions the scene's counts
   return names;
 }
 
 void set_sweep(Sweep& sweep, std::string_view name, std::string_view text) {
   const auto list = std::ranges::find(lists, name, &List::name);
-  if (list == std::end(lists)) {
-    std::vector<std::string> known;
-    for (const List& row : lists) known.push_back(row.name);
-    throw Error(ExitCode::usage,
-                "a study has no list " + in_quotes(name) + suggestion(name, known));
-  }
+  if (list == std::end(lists))
+    throw Error(ExitCode::usage, "a study has no list " + in_quotes(name) +
+                                     suggestion(name, names_in(lists, &List::name)));
   std::vector<std::string> names = split(find_parameter(list->parameter)->metavar, '|');
   std::erase(names, "auto");  // one of the others
   const std::vector<std::string> items = text == "all" && names.size() > 1 ? names : split(text);

@@ -8,6 +8,7 @@
 #include <memory>
 
 #include "field/index_space.h"
+#include "field/leaf_values.h"
 #include "psivox/field.h"
 
 // Fields in memory, of any function; and some without a simple closed form, for properties that any
@@ -36,7 +37,7 @@ inline Field make_field_of(const Box& active, int channels,
   });
   for (const Leaf& leaf : field.leaves) {
     for (int i = 0; i < 512; ++i, out += channels) {
-      const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
+      const glm::ivec3 voxel = leaf.origin + leaf_voxel(i);
       if (!active.contains(voxel)) continue;
       write(voxel, out);
       ++field.active_voxels;
