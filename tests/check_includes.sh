@@ -54,7 +54,7 @@ only_in '^pybind11/' '^src/python/'
 floors=$(
   cat <<'LIST'
 base error
-colour display
+colour
 team team
 guard
 field field

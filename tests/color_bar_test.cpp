@@ -3,7 +3,7 @@
 #include "blobs_scene.h"
 #include "psivox/draw.h"
 #include "psivox/picture_file.h"
-#include "scene/colormap.h"
+#include "scene/color.h"
 
 #include <gtest/gtest.h>
 
@@ -14,11 +14,6 @@
 
 namespace psivox {
 namespace {
-
-Image blank(int width, int height) {
-  const auto values = std::size_t(width) * std::size_t(height) * 4;
-  return {width, height, {{"", {"R", "G", "B", "A"}, std::vector<float>(values)}}, {}};
-}
 
 View view_with(const Scene& scene) {
   Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) { return float(v.x) + 1; });
@@ -68,7 +63,7 @@ TEST(ColorScale, IsTheMapsOverTheRange) {
 }
 
 TEST(ColorBar, HasEachColourFromBottomToTopAtTheRightEdge) {
-  Image image = blank(640, 360);
+  Image image = rgba_image(640, 360);
   ColorScale scale{"density", 0, 1, {}};
   for (int i = 0; i < 8; ++i) scale.colors.emplace_back(0.01, (i + 1) / 16.0, 0.02);
   ASSERT_TRUE(draw_color_bar(image, scale, {}));
@@ -92,12 +87,12 @@ TEST(ColorBar, HasEachColourFromBottomToTopAtTheRightEdge) {
   for (int y = 0; y < 360; ++y)
     for (int x = 0; x < 640 - strip; ++x)
       EXPECT_EQ(image.rgba()[std::size_t(4 * (640 * y + x) + 3)], 0);  // what is beside the strip
-  EXPECT_FALSE(draw_color_bar(image = blank(40, 30), scale, {}));
+  EXPECT_FALSE(draw_color_bar(image = rgba_image(40, 30), scale, {}));
   EXPECT_EQ(color_bar_strip({40, 30}), 0);
 }
 
 TEST(ColorBar, LongTextStaysInTheStrip) {
-  Image image = blank(640, 360);
+  Image image = rgba_image(640, 360);
   const ColorScale scale{"a grid of quite a long name", -1.2345e-7, 9.87654e-7, {glm::dvec3(0.5)}};
   ASSERT_TRUE(draw_color_bar(image, scale, {}));
   const int strip = color_bar_strip({640, 360});
@@ -158,7 +153,7 @@ TEST(ScaleBar, IsAsLongAsALengthInTheMiddle) {
            (2 * view.camera.half_width);
   };
   EXPECT_NEAR(column(middle + bar.length * view.camera.right) - column(middle), bar.width, 1e-9);
-  Image image = blank(640, 360);
+  Image image = rgba_image(640, 360);
   ASSERT_TRUE(draw_scale_bar(image, bar, {}));
   int longest = 0;  // run of white pixels in a row
   for (int y = 180; y < 360; ++y)
@@ -167,7 +162,7 @@ TEST(ScaleBar, IsAsLongAsALengthInTheMiddle) {
       longest = std::max(longest, run);
     }
   EXPECT_NEAR(longest, bar.width * 640, 0.5);
-  EXPECT_FALSE(draw_scale_bar(image = blank(40, 30), bar, {}));
+  EXPECT_FALSE(draw_scale_bar(image = rgba_image(40, 30), bar, {}));
 }
 
 }  // namespace

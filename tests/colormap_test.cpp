@@ -1,8 +1,6 @@
 // The built-in colour maps, compared with their published colours, and the functions made from
 // them.
 
-#include "scene/colormap.h"
-
 #include <gtest/gtest.h>
 
 #include <cmath>

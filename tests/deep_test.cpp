@@ -297,10 +297,7 @@ TEST_F(DeepPicture, IsHeldOutAsByDepths) {
   // between faces of voxels: OpenImageIO 2.4 keeps samples that begin at the very depth
   const float wall = float(glm::length(camera.target - camera.position)) + 0.0123f;
   const auto pixels = std::size_t(whole.resolution.x) * std::size_t(whole.resolution.y);
-  Image opaque{whole.resolution.x,
-               whole.resolution.y,
-               {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)}},
-               {}};
+  Image opaque = rgba_image(whole.resolution.x, whole.resolution.y);
   opaque.layers.push_back({"Z", {"Z"}, std::vector<float>(pixels, wall)});
   Scene held = whole;
   held.holdout = written(opaque, "depths.exr");

@@ -1,6 +1,6 @@
 // How sRGB codes show radiance: exposure, tone map, and what they cannot show.
 
-#include "colour/colour.h"
+#include "image/srgb_codes.h"
 
 #include "image_cases.h"
 

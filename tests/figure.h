@@ -17,14 +17,7 @@ inline void write_figure(const std::string& name, const Image& image) {
 }
 
 /// An opaque white picture.
-inline Image blank_figure(int width, int height) {
-  Image image;
-  image.width = width;
-  image.height = height;
-  const auto pixels = std::size_t(width) * std::size_t(height);
-  image.layers.push_back({"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels, 1.0f)});
-  return image;
-}
+inline Image blank_figure(int width, int height) { return rgba_image(width, height, 1); }
 
 inline void put_pixel(Image& image, int x, int y, const glm::dvec3& color) {
   if (x < 0 || y < 0 || x >= image.width || y >= image.height) return;

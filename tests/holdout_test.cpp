@@ -36,8 +36,7 @@ class HoldoutTest : public ::testing::Test {
   std::string written(const Scene& scene, const std::string& channel,
                       const std::function<double(int x, int y)>& depth) const {
     const glm::ivec2 size = scene.resolution;
-    const auto pixels = std::size_t(size.x) * std::size_t(size.y);
-    Image image{size.x, size.y, {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)}}, {}};
+    Image image = rgba_image(size.x, size.y);
     Layer layer{channel, {channel}, {}};
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) layer.values.push_back(float(depth(x, y)));

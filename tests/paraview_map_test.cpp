@@ -9,7 +9,6 @@
 #include "base/text_file.h"
 #include "psivox/error.h"
 #include "scene/color.h"
-#include "scene/colormap.h"
 #include "scene/transfer_function.h"
 #include "thrown.h"
 

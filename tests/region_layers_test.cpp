@@ -128,13 +128,7 @@ TEST(RegionLayers, ASliceReadsTheLeavesOfItsPlane) {
   EXPECT_TRUE(session.view().medium.density->reader);
   const Image part = session.draw(*marcher).image;
   EXPECT_EQ(compare_images(whole, part).max, 0);
-  EXPECT_GT(compare_images(
-                whole, Image{part.width,
-                             part.height,
-                             {{"", {"R", "G", "B", "A"}, std::vector<float>(part.rgba().size())}},
-                             {}})
-                .rms,
-            0.1);
+  EXPECT_GT(compare_images(whole, rgba_image(part.width, part.height)).rms, 0.1);
 }
 
 }  // namespace

@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <string>
 
-#include "colour/colour.h"
+#include "image/srgb_codes.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/open.h"

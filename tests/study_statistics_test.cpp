@@ -12,15 +12,6 @@
 namespace psivox {
 namespace {
 
-Image picture(int width, int height, float value) {
-  Image image;
-  image.width = width;
-  image.height = height;
-  image.layers.push_back(
-      {"", {"R", "G", "B", "A"}, std::vector<float>(std::size_t(width * height) * 4, value)});
-  return image;
-}
-
 TEST(Percentile, IsAValueThatTheFractionDoesNotExceed) {
   std::vector<double> hundred;
   for (int i = 100; i >= 1; --i) hundred.push_back(i);
@@ -64,8 +55,8 @@ TEST(ErrorSum, HasTheMeanTheRmsAndTheFirstLargestMagnitude) {
 }
 
 TEST(PictureError, CountsRadianceAndAlphaApart) {
-  Image a = picture(4, 3, 0.5f);
-  const Image b = picture(4, 3, 0.5f);
+  Image a = rgba_image(4, 3, 0.5f);
+  const Image b = rgba_image(4, 3, 0.5f);
   a.rgba()[4 * 6 + 1] += 0.25f;  // G of pixel (2, 1)
   a.rgba()[4 * 9 + 3] -= 0.5f;   // A of pixel (1, 2)
   const PictureError e = picture_error(a, b);
@@ -83,15 +74,15 @@ TEST(PictureError, CountsRadianceAndAlphaApart) {
 }
 
 TEST(PictureError, LeavesOutWhatIsNotFinite) {
-  Image a = picture(2, 2, 1);
+  Image a = rgba_image(2, 2, 1);
   a.rgba()[0] = std::numeric_limits<float>::quiet_NaN();
   a.rgba()[7] = std::numeric_limits<float>::infinity();
-  const PictureError e = picture_error(a, picture(2, 2, 0));
+  const PictureError e = picture_error(a, rgba_image(2, 2, 0));
   EXPECT_EQ(e.radiance.not_finite, 1u);
   EXPECT_EQ(e.alpha.not_finite, 1u);
   EXPECT_EQ(e.radiance.rms, 1);
   EXPECT_EQ(e.alpha.rms, 1);
-  EXPECT_THROW(picture_error(a, picture(2, 3, 0)), Error);
+  EXPECT_THROW(picture_error(a, rgba_image(2, 3, 0)), Error);
 }
 
 TEST(ParetoFront, KeepsWhatNothingBeats) {

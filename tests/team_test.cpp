@@ -12,10 +12,10 @@
 
 #include "blobs_scene.h"
 #include "draw/part_marcher.h"
+#include "field/value_range.h"
 #include "march/march_double.h"
 #include "medium/map_field.h"
 #include "medium/stored_density.h"
-#include "medium/value_range.h"
 #include "psivox/draw.h"
 #include "thread_team.h"
 

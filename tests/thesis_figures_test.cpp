@@ -11,7 +11,7 @@
 
 #include "figure.h"
 #include "march/shader_math.h"
-#include "scene/colormap.h"
+#include "scene/color.h"
 #include "study/suite.h"
 
 namespace psivox {

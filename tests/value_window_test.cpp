@@ -11,7 +11,7 @@
 #include <random>
 
 #include "base/statistics.h"
-#include "field/value_percentile.h"
+#include "field/value_range.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"

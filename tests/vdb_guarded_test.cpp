@@ -316,7 +316,7 @@ TEST(GuardedReading, LeavesThatStayInTheFileAreReadThere) {
   std::iota(all.begin(), all.end(), 0);
   std::vector<float> values(512 * all.size());
   Field surveyed = open;
-  take_survey(surveyed, open.reader->survey(all, values.data()), {}, "");
+  take_survey(surveyed, open.reader->read(all, values.data(), LeafRead::survey), {}, "");
   EXPECT_EQ(surveyed.active_range, stored.active_range);
   EXPECT_EQ(surveyed.stored_range, stored.stored_range);
   EXPECT_TRUE(same(part_of_field(stored, whole.active_box).leaves,

@@ -14,8 +14,8 @@
 #include <numeric>
 
 #include "field/leaf_values.h"
+#include "field/value_range.h"
 #include "grids/grid_types.h"
-#include "medium/value_range.h"
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
 #include "scratch.h"

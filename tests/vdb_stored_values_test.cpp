@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "field/leaf_values.h"
-#include "medium/value_range.h"
+#include "field/value_range.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
@@ -73,8 +73,8 @@ void expect_surveyed_like_whole(const std::filesystem::path& path, const std::st
   for (std::uint32_t n = 0; n < stored.leaves.size(); ++n) (n % 2 ? odd : even).push_back(n);
   const auto length = 512 * std::size_t(whole.channels);
   std::vector<float> values(even.size() * length);
-  const ValueSurvey some = stored.reader->survey(odd, values.data());
-  const ValueSurvey all = some + stored.reader->survey(even, values.data());
+  const ValueSurvey some = stored.reader->read(odd, values.data(), LeafRead::survey);
+  const ValueSurvey all = some + stored.reader->read(even, values.data(), LeafRead::survey);
   const float largest = take_survey(stored, all, options, "it ");
   for (std::size_t n = 0; n < even.size(); ++n)
     for (std::size_t i = 0; i < length; ++i)
@@ -218,7 +218,7 @@ TEST(VdbStoredValues, WrongLengthsOfLeavesGiveNoWrongValues) {
     std::ranges::fill(values, -1.0f);
     try {
       const Field stored = VdbFile(path).read("density", {.in_file = true, .unsurveyed = true});
-      stored.reader->survey(all, values.data());
+      stored.reader->read(all, values.data(), LeafRead::survey);
       for (const std::uint32_t leaf : all)
         ASSERT_EQ(std::memcmp(values.data() + 512 * leaf, whole.leaves[leaf].values, 2048), 0) << n;
     } catch (const Error& error) {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <glm/common.hpp>
-#include <glm/vector_relational.hpp>
 #include <iostream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -44,14 +42,11 @@ std::string voxel_text(const glm::ivec3& v) { return formatted("%d,%d,%d", v.x, 
 RegionRow row_of(const Field& field, const Region& region) {
   RegionRow row{region, {}, 0, 0, 0};
   if (region.count == 0) return row;
-  const Box domain = field.domain();
-  const glm::ivec3 low = glm::floor(glm::vec3(domain.min) / 8.0f), high = domain.max / 8 + 1;
-  const Box bricks{glm::max(region.bricks.min, low), glm::min(region.bricks.max, high)};
-  row.voxels = {glm::max(8 * bricks.min, domain.min), glm::min(8 * bricks.max + 8, domain.max)};
+  const Box voxels = voxels_of(region.bricks);
+  row.voxels = common({voxels.min, voxels.max + 1}, field.domain());
   // as part_of_field reads them: with the voxels on the far faces
-  for (const Leaf& leaf : field.leaves)
-    row.leaves += glm::all(glm::lessThanEqual(leaf.origin, 8 * bricks.max + 15)) &&
-                  glm::all(glm::greaterThanEqual(leaf.origin, 8 * bricks.min));
+  const Box read{voxels.min, voxels.max + 8};
+  for (const Leaf& leaf : field.leaves) row.leaves += read.contains(leaf.origin);
   row.values = row.leaves * 512 * sizeof(float) * std::uint64_t(field.channels);
   row.atlas = 2 * region.count * brick_texels * sizeof(float) * std::uint64_t(field.channels);
   return row;

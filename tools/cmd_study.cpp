@@ -82,17 +82,6 @@ struct StudyCall {
   bool psi = false, orders = false, no_split = false, resume = false, quiet = false;
 };
 
-/// Help and default of each of the sweep's lists.
-const std::map<std::string, std::pair<const char*, const char*>> list_help = {
-    {"integrators", {"rules, or all", "all"}},
-    {"samplings", {"of cells, uniform, template, or all", "cells,uniform"}},
-    {"segments", {"linear segments per cell, under cells", "1,2,4"}},
-    {"steps", {"uniform steps [voxels]", "4,2,1,0.5,0.25"}},
-    {"filters", {"of exact, hardware, or all", "exact"}},
-    {"texels", {"of float32, float16, code7, code12, code16, or all", "float32"}},
-    {"tolerances", {"tolerances, each with the method that it chooses", "none"}},
-    {"resolutions", {"of WxH [pixels]", "--resolution's"}}};
-
 bool parse(StudyCall& call, Arguments arguments) {
   CommandLine line(
       "study",
@@ -102,10 +91,9 @@ bool parse(StudyCall& call, Arguments arguments) {
       {"smoke.vdb -o study", "smoke.vdb -o study --resume --add 'cycles 1=cycles.exr,2050'",
        "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});
   line.add_value("-o,--output", call.output, "DIR", "folder for the results; created if missing");
-  for (const std::string& name : sweep_lists()) {
-    const auto& [help, usual] = list_help.at(name);
-    line.add_value("--" + name, call.lists[name], "LIST", help)->default_str(usual);
-  }
+  for (const auto& [name, help, usual] : sweep_lists())
+    line.add_value("--" + name, call.lists[name], "LIST", help)
+        ->default_str(usual.empty() ? "none" : usual);
   line.add_value("--repeats", call.repeats, "N", "timed runs of each method; the median counts")
       ->check(number_in<int>(repeats_range))
       ->default_str(number_text(StudyOptions{}.repeats));

@@ -32,12 +32,9 @@ const std::string& held(const SequenceFiles& files, int frame) {
 }
 
 std::vector<std::string> samples_of(const std::string& auto_from, const SequenceFiles& files) {
-  std::vector<std::string> paths;
-  if (auto_from == "all") {
-    for (const auto& [frame, path] : files) paths.push_back(path);
-    return paths;
-  }
+  if (auto_from == "all") return names_in(files, &SequenceFiles::value_type::second);
   if (auto_from.empty()) return auto_samples(files);
+  std::vector<std::string> paths;
   for (const int frame : read_frames(auto_from, "--auto-from")) {
     if (!files.contains(frame))
       throw Error(ExitCode::input, "--auto-from: frame " + std::to_string(frame) + " has no file");
@@ -69,7 +66,7 @@ void name_outputs(const RenderCall& call, FrameList& list) {
 FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
   FrameList list;
   list.first = files.begin()->first;
-  for (const auto& [frame, path] : files) list.files.push_back(path);
+  list.files = names_in(files, &SequenceFiles::value_type::second);
   list.samples = samples_of(options.auto_from, files);
   std::vector<int> there, numbers, missing;
   for (const auto& [frame, path] : files) there.push_back(frame);

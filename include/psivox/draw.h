@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "psivox/error.h"
@@ -60,7 +61,7 @@ struct Layers {
   /// Image::deep in place of layers: transmittance and radiance in front of every depth are within
   /// the scene's tolerance, or the default one. The picture is what it adds up to.
   bool deep = false;
-  bool any() const { return depth || transmittance || steps || samples || error || bound || deep; }
+  bool has(std::string_view name) const;
 };
 
 /// `depth`, `transmittance`, ...

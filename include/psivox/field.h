@@ -114,17 +114,21 @@ struct ValueSurvey {
   }
 };
 
+/// What reading leaves gives.
+enum class LeafRead {
+  survey,  ///< what it has found is returned, and +Inf stays: of a field that has Field::survey
+  active,  ///< NaN is in the first channel of voxels that are not active
+  data,    ///< the values alone
+};
+
 /// Leaves whose values stay in a file.
 class LeafReader {
  public:
   virtual ~LeafReader() = default;
   /// Reads leaves, by their numbers in Field::leaves: 512 * channels floats each, one leaf after
   /// another. Several threads may call it. Throws Error(input).
-  virtual void read(std::span<const std::uint32_t> leaves, float* values) const = 0;
-  /// Reads them and returns what it has found, for a field that has Field::survey.
-  virtual ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const = 0;
-  /// As `read`, with NaN in the first channel of voxels that are not active.
-  virtual void read_active(std::span<const std::uint32_t> leaves, float* values) const = 0;
+  virtual ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
+                           LeafRead what = LeafRead::data) const = 0;
   /// Active tiles, those of 0 too.
   virtual const std::vector<TileValue>& active_tiles() const = 0;
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <filesystem>
 #include <map>
@@ -9,9 +10,28 @@
 #include <string>
 #include <vector>
 
-#include "psivox/display.h"
+#include "psivox/scene.h"
 
 namespace psivox {
+
+/// A view of an OpenColorIO config. It takes the place of the tone map and of sRGB's curve.
+struct OcioView {
+  std::string config;  ///< file; empty: none
+  std::string display;
+  std::string view;
+  std::string space;  ///< colour space of the picture's light, or a role
+  bool operator==(const OcioView&) const = default;
+};
+
+/// How sRGB codes show radiance. Pictures of linear radiance ignore it.
+struct Display {
+  double exposure = 0;  ///< powers of 2
+  ToneMap tone_map = ToneMap::none;
+  OcioView ocio{};
+
+  double factor() const { return std::exp2(exposure); }
+  bool operator==(const Display&) const = default;
+};
 
 /// One named plane or group of planes of a picture, row-major from the top left pixel, interleaved.
 struct Layer {
@@ -43,7 +63,19 @@ struct Image {
 
   std::span<const float> rgba() const { return layers.front().values; }
   std::span<float> rgba() { return layers.front().values; }
+  std::size_t pixels() const { return std::size_t(width) * std::size_t(height); }
+  /// Number of a pixel, row by row.
+  std::size_t index(int x, int y) const {
+    return std::size_t(y) * std::size_t(width) + std::size_t(x);
+  }
 };
+
+/// A picture without other layers, all of one value.
+inline Image rgba_image(int width, int height, float value = 0) {
+  Image image{width, height, {}, {}};
+  image.layers.push_back({"", {"R", "G", "B", "A"}, std::vector<float>(4 * image.pixels(), value)});
+  return image;
+}
 
 struct WriteOptions {
   /// Writes an EXR's R G B A as 16-bit floats. The largest is 65504, which greater values become.

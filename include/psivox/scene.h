@@ -10,7 +10,6 @@
 #include <string>
 #include <vector>
 
-#include "psivox/display.h"
 #include "psivox/integrators.h"
 #include "psivox/modes.h"
 
@@ -60,6 +59,10 @@ enum class TexelType { automatic, float32, float16, code7, code12, code16 };
 constexpr bool has_codes(TexelType texel) { return texel >= TexelType::code7; }
 enum class LightQuality { automatic, exact };
 enum class EmissionColor { white, black_body };
+
+/// A curve from radiance to the light of a display. `none`: radiance 1 is white, and more is cut.
+/// `filmic`: Narkowicz's fit of ACES (shaders/math/colour.glsl), which has room above 1.
+enum class ToneMap { none, filmic };
 
 /// How another renderer counts depths: along the view, or along each ray.
 enum class DepthKind { z, distance };

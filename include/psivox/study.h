@@ -18,19 +18,23 @@ namespace psivox {
 /// The lists that a study varies; it renders all combinations.
 struct Sweep {
   std::vector<Integrator> integrators;
-  std::vector<Sampling> samplings{Sampling::cells, Sampling::uniform};
-  std::vector<int> segments{1, 2, 4};             ///< under cells
-  std::vector<double> steps{4, 2, 1, 0.5, 0.25};  ///< under uniform [voxels of the finest axis]
-  std::vector<Filter> filters{Filter::exact};
-  std::vector<TexelType> texels{TexelType::float32};
-  std::vector<double> tolerances{};       ///< RMS over R G B A; may be empty
-  std::vector<glm::ivec2> resolutions{};  ///< [pixels]; empty: the scene's
+  std::vector<Sampling> samplings;
+  std::vector<int> segments;  ///< under cells
+  std::vector<double> steps;  ///< under uniform [voxels of the finest axis]
+  std::vector<Filter> filters;
+  std::vector<TexelType> texels;
+  std::vector<double> tolerances;       ///< RMS over R G B A; may be empty
+  std::vector<glm::ivec2> resolutions;  ///< [pixels]; empty: the scene's
 
-  Sweep();  ///< with every integrator
+  Sweep();  ///< as sweep_lists() say
 };
 
-/// The lists' names on the command line, without dashes.
-std::vector<std::string> sweep_lists();
+/// A list of a sweep, as the command line has it.
+struct SweepList {
+  std::string name, help;
+  std::string usual;  ///< its items by default; empty: none
+};
+std::vector<SweepList> sweep_lists();
 
 /// The scene's parameters that every sweep sets; a study's scene may not set them.
 std::vector<std::string> swept_parameters();

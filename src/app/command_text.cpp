@@ -175,11 +175,7 @@ std::string render_command_line(const Scene& scene, const std::string& output) {
   return line;
 }
 
-std::vector<std::string> camera_line_formats() {
-  std::vector<std::string> names;
-  for (const Renderer& renderer : renderers) names.emplace_back(renderer.name);
-  return names;
-}
+std::vector<std::string> camera_line_formats() { return names_in(renderers, &Renderer::name); }
 
 std::string camera_lines(const View& view, const std::string& format) {
   const Renderer& renderer = *std::ranges::find(renderers, format, &Renderer::name);

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "field/index_space.h"
 #include "psivox/field.h"
 #include "psivox/scene.h"
 
@@ -93,7 +94,7 @@ struct AtlasOptions {
   /// Where this grid is empty they become constants of 0. The domain grows to hold them.
   std::vector<Box> walked{};
   /// Bricks to store; outside these and their margin, cells are empty. Both ends are inclusive.
-  std::optional<Box> region{};
+  Box region = everywhere;
   /// Gives each visible brick texels of its own, so that another grid can be stored beside it
   /// (build_beside). Left out where that takes far more bricks, or where 0 is visible.
   bool own_texels = false;

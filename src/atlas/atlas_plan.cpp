@@ -7,8 +7,7 @@
 #include <map>
 #include <optional>
 
-#include "atlas/candidates.h"
-#include "atlas/page_table.h"
+#include "atlas/brick_source.h"
 #include "field/index_space.h"
 
 namespace psivox::atlas {
@@ -67,7 +66,7 @@ class Planner {
       : options_(options),
         source_(source),
         atlas_(without_bricks(field, options)),
-        region_(options.region.value_or(everywhere)),
+        region_(options.region),
         bricks_{atlas_.domain.min >> 3, (atlas_.domain.max - 1) >> 3},
         channels_(field.channels),
         zero_visible_(options.sees({})),

@@ -56,6 +56,21 @@ class BrickSource {
   FieldIndex index_;
 };
 
+/// Candidate bricks and their kind.
+struct Candidate {
+  Box bricks;
+  EntryKind kind = EntryKind::empty;
+  glm::vec3 value{0};
+};
+
+/// Least and greatest first channel of a brick's values.
+ValueRange value_range(const BrickSource::Neighbours& from, int channels);
+
+/// The bricks of a region that leaves and tiles reach, and with a margin those beside them. If they
+/// are all kept, what options.visible says does not matter.
+std::vector<Candidate> find_candidates(const BrickSource& source, const AtlasOptions& options,
+                                       const Box& region, bool keep_all);
+
 /// Least and greatest of a scalar brick's values in a box, both ends inclusive.
 inline ValueRange range_in_brick(const float* values, const glm::ivec3& first,
                                  const glm::ivec3& last) {

@@ -1,4 +1,4 @@
-#include "atlas/candidates.h"
+#include "atlas/brick_source.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>

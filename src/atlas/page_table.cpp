@@ -1,4 +1,4 @@
-#include "atlas/page_table.h"
+#include "atlas/atlas_plan.h"
 
 #include <algorithm>
 #include <glm/common.hpp>

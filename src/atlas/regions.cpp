@@ -12,12 +12,10 @@
 #include <utility>
 
 #include "atlas/atlas.h"
-#include "field/index_space.h"
+#include "field/leaf_values.h"
 
 namespace psivox {
 namespace {
-
-constexpr int far_away = 1 << 28;  // [bricks]: beyond every grid
 
 /// A plane across the longest extent of some bricks, which are sorted into its two sides.
 struct Cut {
@@ -59,8 +57,6 @@ Cut cut(std::span<glm::ivec3> bricks, double share) {
 
 }  // namespace
 
-Box Regions::everywhere() { return {glm::ivec3(-far_away), glm::ivec3(far_away)}; }
-
 Regions::Regions(std::vector<glm::ivec3> bricks, std::size_t most, const Box& box)
     : bricks_(std::move(bricks)) {
   root_.box = box;
@@ -69,7 +65,7 @@ Regions::Regions(std::vector<glm::ivec3> bricks, std::size_t most, const Box& bo
 
 Regions Regions::in_parts(std::vector<glm::ivec3> bricks, std::size_t parts) {
   Regions result;
-  result.root_.box = everywhere();
+  result.root_.box = everywhere;
   result.bricks_ = std::move(bricks);
   result.root_.regions = result.count_ = std::max<std::size_t>(parts, 1);
   result.split_to_parts(result.root_, result.bricks_);
@@ -169,8 +165,7 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field) {
   for (const auto& [cube, bits] : cubes)
     for (int n = 0; n < 512; ++n)
       if (bits[std::size_t(n)])
-        bricks.push_back(8 * glm::ivec3(cube[0], cube[1], cube[2]) +
-                         glm::ivec3(n >> 6, n >> 3 & 7, n & 7));
+        bricks.push_back(8 * glm::ivec3(cube[0], cube[1], cube[2]) + leaf_voxel(n));
   return bricks;
 }
 

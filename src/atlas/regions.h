@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "field/index_space.h"
 #include "psivox/camera.h"
 #include "psivox/field.h"
 
@@ -25,11 +26,8 @@ struct Region {
 /// The same bricks give the same regions in every process.
 class Regions {
  public:
-  /// All of a grid's space.
-  static Box everywhere();
-
   /// Splits at medians, until no region has more than `most` bricks, or one.
-  Regions(std::vector<glm::ivec3> bricks, std::size_t most, const Box& box = everywhere());
+  Regions(std::vector<glm::ivec3> bricks, std::size_t most, const Box& box = everywhere);
 
   /// Splits into so many regions with about as many bricks each. Some are empty if the bricks are
   /// fewer.

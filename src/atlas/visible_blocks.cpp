@@ -11,7 +11,6 @@
 #include "atlas/atlas.h"
 #include "atlas/block_map.h"
 #include "atlas/brick_source.h"
-#include "atlas/candidates.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
 
@@ -27,12 +26,10 @@ constexpr std::size_t most_blocks = std::size_t{1} << 24;  // 32 GiB of floats
 /// Distinct blocks inside a field's domain.
 class BlockList {
  public:
-  /// Inside a box of bricks, too, and beside its far faces, if there is one.
-  BlockList(const Field& field, const std::optional<Box>& region)
-      : name_(field.name), seen_(field.leaves.size()) {
+  /// Inside a box of bricks, too, and beside its far faces.
+  BlockList(const Field& field, const Box& bricks) : name_(field.name), seen_(field.leaves.size()) {
     const Box domain = field.domain();
-    bounds_ = {domain.min >> 3, domain.max >> 3};
-    if (region) bounds_ = common(bounds_, {region->min, region->max + 1});
+    bounds_ = common({domain.min >> 3, domain.max >> 3}, {bricks.min, bricks.max + 1});
   }
 
   void add(const glm::ivec3& block) {
@@ -136,10 +133,9 @@ std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& o
   const BrickSource source(field);
   std::optional<BrickSource> companion;
   if (options.companion) companion.emplace(*options.companion);
-  const Box region = options.region.value_or(everywhere);
   std::vector<Box> pieces;
   for (const Piece& piece : source.candidates())
-    if (const Box bricks = piece.bricks(region); !bricks.empty()) pieces.push_back(bricks);
+    if (const Box bricks = piece.bricks(options.region); !bricks.empty()) pieces.push_back(bricks);
   std::vector<std::uint8_t> reached(pieces.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, pieces.size(), 16), [&](const auto& some) {
     BrickRanges ranges, others;
@@ -170,7 +166,7 @@ std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
     reached[k] =
         corners([&](int i) { return options.sees(range_towards(values, cube_corner(i))); });
   });
-  BlockList blocks(field, {});
+  BlockList blocks(field, everywhere);
   std::vector<Box> bricks;
   for (const glm::ivec3& place : atlas.places) bricks.push_back({place, place});
   blocks.add_reached(bricks, reached);

@@ -2,6 +2,7 @@
 
 #include <charconv>
 #include <cstdint>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -19,6 +20,14 @@ std::string in_quotes(std::string_view text);
 std::vector<std::string> split(std::string_view text, char separator = ',');
 
 std::string joined(std::span<const std::string> items, std::string_view between = ",");
+
+/// What `text` takes of each row of a table: names_in(rows, &Row::name).
+template <typename Rows, typename Text>
+std::vector<std::string> names_in(const Rows& rows, Text text) {
+  std::vector<std::string> names;
+  for (const auto& row : rows) names.emplace_back(std::invoke(text, row));
+  return names;
+}
 
 /// The candidate with the smallest edit distance (a letter inserted, dropped or changed, or two
 /// neighbours swapped); empty if none is near. It ignores case, and `_` is `-`.

@@ -42,6 +42,14 @@ void write_whole(const std::string& path, std::FILE* file, const std::string& te
   if (error) fail(path, error);
 }
 
+/// The file that symbolic links lead to, whether it exists or not.
+fs::path followed(fs::path path) {
+  std::error_code ignored;
+  for (int links = 0; links < 40 && fs::is_symlink(path, ignored); ++links)
+    path = directory_of(path) / fs::read_symlink(path, ignored);
+  return path;
+}
+
 bool is_special(const fs::path& path) {
   std::error_code ignored;
   const fs::file_status status = fs::status(path, ignored);
@@ -76,10 +84,8 @@ void write_text(const std::string& path, const std::string& text) {
     return;
   }
   if (is_special(path)) return write_whole(path, std::fopen(path.c_str(), "wb"), text);
-  std::error_code unresolved;
-  const fs::path target = fs::weakly_canonical(path, unresolved);  // keeps a symbolic link a link
   try {
-    HiddenFile file(unresolved ? fs::path(path) : target);
+    HiddenFile file(path);
     write_whole(path, fdopen(file.open(), "wb"), text);
     file.show();
   } catch (const std::system_error& failure) {
@@ -115,12 +121,12 @@ bool locked(int file) {
 
 }  // namespace
 
-HiddenFile::HiddenFile(const fs::path& target) : target_(target) {
+HiddenFile::HiddenFile(const fs::path& target) : target_(followed(target)) {
   const std::lock_guard guard(hidden().mutex);
   // The process id keeps two processes apart and the counter two threads; O_EXCL decides where a
   // process of another machine has the same.
   while (true) {
-    path_ = directory_of(target) /
+    path_ = directory_of(target_) /
             (prefix + std::to_string(getpid()) + "-" + std::to_string(hidden().count++) + suffix);
     lock_ = ::open(path_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
     if (lock_ >= 0 && locked(lock_)) break;

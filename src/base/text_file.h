@@ -19,7 +19,8 @@ void check_text_writable(const std::string& path);
 /// so that the target appears whole or not at all. Its lock tells others that its writer lives.
 class HiddenFile {
  public:
-  /// Creates the file. Throws std::system_error.
+  /// Creates the file. A symbolic link stays; its own target, which may be missing, is what is
+  /// written. Throws std::system_error.
   explicit HiddenFile(const std::filesystem::path& target);
   /// Removes the file, unless it has got its name.
   ~HiddenFile();

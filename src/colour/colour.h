@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "psivox/display.h"
-
 // shaders/math/colour.glsl as C++, in float and in double.
 
 namespace psivox {
@@ -35,15 +33,5 @@ inline double linear_from_srgb(double code) {
 /// Half a step between codes of 8 bits: less is no visible difference.
 template <typename Real>
 inline constexpr Real half_code = Real(0.5) / 255;
-
-/// Light of the display, 1 for white, of radiance that is multiplied by the exposure's factor.
-inline float display_light(float radiance, ToneMap curve) {
-  return colour::Math<float>{}.display_light(radiance, static_cast<int>(curve));
-}
-
-/// The radiance that the display shows as `light`, below 1.
-inline double radiance_of_display(double light, ToneMap curve) {
-  return curve == ToneMap::filmic ? colour::Math<double>{}.filmic_inverse(light) : light;
-}
 
 }  // namespace psivox

@@ -7,10 +7,10 @@
 #include <limits>
 
 #include "base/text.h"
-#include "colour/colour.h"
 #include "field/index_space.h"
+#include "field/value_range.h"
+#include "image/srgb_codes.h"
 #include "medium/density_function.h"
-#include "medium/value_range.h"
 #include "psivox/camera.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"

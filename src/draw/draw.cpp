@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/text.h"
 #include "draw/picture.h"
 #include "gl/gl_renderer.h"
 #include "march/march_double.h"
@@ -47,6 +48,11 @@ constexpr std::pair<const char*, bool Layers::*> layer_members[] = {
 
 }  // namespace
 
+bool Layers::has(std::string_view name) const {
+  return std::ranges::any_of(
+      layer_members, [&](const auto& row) { return row.first == name && this->*row.second; });
+}
+
 LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish) {
   if (wish.any_light) return {};
   if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
@@ -57,11 +63,8 @@ LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wis
 }
 
 const std::vector<std::string>& layer_names() {
-  static const std::vector<std::string> names = [] {
-    std::vector<std::string> list;
-    for (const auto& [name, member] : layer_members) list.emplace_back(name);
-    return list;
-  }();
+  static const std::vector<std::string> names =
+      names_in(layer_members, [](const auto& row) { return row.first; });
   return names;
 }
 

@@ -72,7 +72,7 @@ std::vector<LightLayer> light_layers(std::span<const glm::ivec3> bricks, const L
   const std::array across{frame.axis_u, frame.axis_v};
   const auto runs = runs_of(bricks, frame.axis, most, frame.side);
   for (std::size_t i = 0; i < runs.size(); ++i) {
-    Box box = Regions::everywhere();
+    Box box = everywhere;
     int& low = box.min[frame.axis];
     int& high = box.max[frame.axis];
     LightLayer layer{

@@ -70,8 +70,7 @@ std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
 }
 
 /// Blocks of the density whose light is seen.
-std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas,
-                                  const std::optional<Box>& bricks) {
+std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas, const Box& bricks) {
   AtlasOptions options = density_options(view);
   options.region = bricks;
   const Field& density = *view.medium.density;

@@ -34,9 +34,8 @@ struct LightSource {
 /// The light of a medium, as far as it is computed, for pictures by several cameras.
 class Lighting {
  public:
-  /// `view` has the medium without its light. `bricks`: where light is asked for, if not wherever
-  /// it is seen.
-  explicit Lighting(const View& view, const std::optional<Box>& bricks = {})
+  /// `view` has the medium without its light. `bricks`: where light is asked for, if it is seen.
+  explicit Lighting(const View& view, const Box& bricks = everywhere)
       : view_(view), bricks_(bricks) {}
 
   /// Whether the light that is there serves the picture of a view's camera. Sets error(). All
@@ -79,7 +78,7 @@ class Lighting {
                      double rms, const Progress& progress);
 
   View view_;
-  std::optional<Box> bricks_;
+  Box bricks_;
   std::vector<glm::ivec3> blocks_;  ///< visible; empty until they are needed
   std::optional<Medium> medium_;
   std::vector<Beam> beams_;

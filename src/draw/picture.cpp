@@ -9,18 +9,12 @@
 #include "march/film.h"
 #include "march/light.h"
 #include "march/march_double.h"
-#include "plan/choose_codes.h"
+#include "plan/plan.h"
 #include "psivox/parameters.h"
 #include "reference/reference.h"
 
 namespace psivox {
 namespace {
-
-bool wanted(const std::string& layer, const Layers& layers) {
-  return (layer == "depth" && layers.depth) || (layer == "transmittance" && layers.transmittance) ||
-         (layer == "steps" && layers.steps) || (layer == "samples" && layers.samples) ||
-         (layer == "error" && layers.error) || (layer == "bound" && layers.bound);
-}
 
 /// The camera whose only pixel has this ray at its centre and the pixel width of `camera`.
 Camera along(const WorldRay& ray, const Camera& camera, const glm::ivec2& resolution) {
@@ -158,7 +152,7 @@ void Picture::add_bound(const Medium& medium) {
 Drawn Picture::finish() {
   // Counting adds layers; keep only those asked for.
   std::erase_if(drawn_.image.layers, [&](const Layer& layer) {
-    return !layer.name.empty() && !wanted(layer.name, wish_.layers);
+    return !layer.name.empty() && !wish_.layers.has(layer.name);
   });
   drawn_.scene = view_.scene;
   drawn_.plan = std::move(plan_);

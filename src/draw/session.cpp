@@ -47,7 +47,7 @@ struct Session::Impl {
   const Medium unlit;                  ///< the medium without its light
   std::optional<Lighting> lighting;    ///< of a medium that a light shines on
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
-  std::optional<Box> held;             ///< bricks of the density, if not all
+  Box held = everywhere;               ///< bricks of the density that are kept
   NamedHoldout holdout;
   WholeAtlas atlas;
 };

@@ -6,7 +6,7 @@
 #include "base/stopwatch.h"
 #include "field/leaf_values.h"
 #include "march/grids.h"
-#include "plan/choose_codes.h"
+#include "plan/plan.h"
 
 namespace psivox {
 namespace {

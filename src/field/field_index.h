@@ -37,7 +37,7 @@ class FieldIndex {
     bool is_constant() const { return values.is_constant(); }
 
     /// The first channel of voxel (x, y, z), where i = (x * 8 + y) * 8 + z.
-    float value(int i) const { return *values.at({i >> 6, (i >> 3) & 7, i & 7}); }
+    float value(int i) const { return *values.at(leaf_voxel(i)); }
   };
   /// The block at `origin`, a multiple of 8. Tiles' values are the field's own.
   Block block(const glm::ivec3& origin) const;

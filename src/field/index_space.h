@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <limits>
 #include <tuple>
+#include <utility>
 
 #include "psivox/field.h"
 
@@ -15,9 +16,9 @@
 
 namespace psivox {
 
-/// A box that holds every voxel.
-inline constexpr Box everywhere{glm::ivec3(std::numeric_limits<int>::min()),
-                                glm::ivec3(std::numeric_limits<int>::max())};
+/// A box that holds every voxel, or every brick. Coordinates of an int go beyond it.
+inline constexpr int far_away = 1 << 30;
+inline constexpr Box everywhere{glm::ivec3(-far_away), glm::ivec3(far_away)};
 
 /// What two boxes share.
 inline Box common(const Box& a, const Box& b) {
@@ -47,17 +48,30 @@ inline glm::ivec3 corner_of(const Box& box, int i) {
   return glm::mix(box.min, box.max, glm::bvec3(cube_corner(i)));
 }
 
+/// The least and the greatest coordinates of a box's corners, where place(corner) puts them.
+template <typename Place>
+std::pair<glm::dvec3, glm::dvec3> bounds_of(const Box& box, const Place& place) {
+  glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 at = place(glm::dvec3(corner_of(box, i)));
+    low = glm::min(low, at);
+    high = glm::max(high, at);
+  }
+  return {low, high};
+}
+inline std::pair<glm::dvec3, glm::dvec3> bounds_of(const Box& box, const glm::dmat4& to_from) {
+  return bounds_of(
+      box, [&](const glm::dvec3& from) { return glm::dvec3(to_from * glm::dvec4(from, 1)); });
+}
+
 /// Orders points by x, then y, then z.
 inline bool comes_before(const glm::ivec3& a, const glm::ivec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
 
-/// Bricks along an axis, on either side of 0, that have voxels of int coordinates, and some beyond.
-inline constexpr int most_bricks = 1 << 27;
-
 /// Voxels of a box of bricks. The outermost parts and regions reach farther than there are voxels.
 inline Box voxels_of(const Box& bricks) {
-  const glm::ivec3 most(most_bricks);
+  const glm::ivec3 most(far_away / 8);
   return {8 * glm::max(bricks.min, -most), 8 * glm::min(bricks.max, most) + 7};
 }
 

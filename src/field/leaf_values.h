@@ -13,6 +13,9 @@
 
 namespace psivox {
 
+/// A voxel of a leaf of 8^3, by its number from 0 to 511 in OpenVDB's order.
+inline glm::ivec3 leaf_voxel(int i) { return {i >> 6, i >> 3 & 7, i & 7}; }
+
 /// Where 8^3 voxels have their values.
 struct LeafValues {
   const float* first = nullptr;  ///< of the smallest voxel

@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <cstring>
 
-#include "march/marcher.h"
+#include "gl/gl_renderer.h"
 
 namespace psivox::gl {
 namespace {
@@ -93,8 +93,7 @@ void GLAPIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei
   if (severity == GL_DEBUG_SEVERITY_NOTIFICATION || type == GL_DEBUG_TYPE_PERFORMANCE ||
       type == GL_DEBUG_TYPE_OTHER)
     return;
-  auto& message = *static_cast<std::string*>(const_cast<void*>(user));
-  if (message.empty()) message = text;
+  static_cast<std::vector<std::string>*>(const_cast<void*>(user))->emplace_back(text);
 }
 
 /// Mesa's loader reports drivers that it does not find on stderr; they are only candidates.
@@ -117,6 +116,12 @@ EGLContext create_context(EGLDisplay display, EGLConfig config, bool debug, bool
 std::string text_of(GLenum name) { return reinterpret_cast<const char*>(glGetString(name)); }
 
 }  // namespace
+
+void collect_faults(std::vector<std::string>& faults) {
+  glEnable(GL_DEBUG_OUTPUT);
+  glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+  glDebugMessageCallback(on_message, &faults);
+}
 
 std::string EglContext::offered(EGLConfig config) {
   context_ = eglCreateContext(display_, config, EGL_NO_CONTEXT, nullptr);
@@ -152,11 +157,7 @@ void EglContext::open(EGLDisplay display, bool debug) {
   if (context_ == EGL_NO_CONTEXT) throw Obstacle{2, "4.5 core is needed; " + offered(config)};
   if (!eglMakeCurrent(display, surface_, surface_, context_))
     throw Obstacle{2, "the OpenGL context cannot be made current"};
-  if (debug) {
-    glEnable(GL_DEBUG_OUTPUT);
-    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-    glDebugMessageCallback(on_message, &message_);
-  }
+  if (debug) collect_faults(faults_);
 }
 
 void EglContext::close() {
@@ -201,8 +202,8 @@ std::string EglContext::renderer() const { return text_of(GL_RENDERER); }
 std::string EglContext::version() const { return text_of(GL_VERSION); }
 
 void EglContext::check(const std::string& doing) const {
-  std::string message = std::move(message_);
-  message_.clear();
+  std::string message = faults_.empty() ? "" : std::move(faults_.front());
+  faults_.clear();
   const GLenum code = glGetError();
   if (code == GL_CONTEXT_LOST || glGetGraphicsResetStatus() != GL_NO_ERROR)
     throw Error(ExitCode::graphics,

@@ -35,7 +35,7 @@ class EglContext {
   EGLDisplay display_ = EGL_NO_DISPLAY;
   EGLContext context_ = EGL_NO_CONTEXT;
   EGLSurface surface_ = EGL_NO_SURFACE;
-  mutable std::string message_;  ///< first KHR_debug message, set by the callback
+  mutable std::vector<std::string> faults_;  ///< see collect_faults
 
   /// Why a display has no context for us. Of several displays', the one of the latest stage tells
   /// most.

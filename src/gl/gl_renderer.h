@@ -41,4 +41,8 @@ struct ObjectCounts {
 /// Counts the objects of the current context, whoever made them.
 ObjectCounts count_objects();
 
+/// From now on, KHR_debug appends what it says of faults in the current context, which must be a
+/// debug context.
+void collect_faults(std::vector<std::string>& faults);
+
 }  // namespace psivox::gl

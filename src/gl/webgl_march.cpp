@@ -226,8 +226,7 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
       {"tables", "RGBA32F", {{bytes_of(setup.tables.data(), setup.tables.size()), 4, 4}}});
   ProgramKey key;
   key.constants = setup.constants;
-  std::vector<std::string> names;
-  for (const WebTexture& texture : march.textures) names.push_back(texture.name);
+  const std::vector<std::string> names = names_in(march.textures, &WebTexture::name);
   const char* const shader = view.scene.shows(Shows::plane) ? "slice.frag" : "march.frag";
   const auto text = [&] { return webgl_text(march_source(key, shader), names); };
   march.text = text();

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "archive.h"
-#include "field/value_percentile.h"
+#include "field/value_range.h"
 
 namespace psivox::vdb {
 namespace {
@@ -35,33 +35,29 @@ class FileLeaves final : public StoredLeaves {
   void replace_infinite(float largest) override { largest_ = largest; }
   const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
 
-  void read(std::span<const std::uint32_t> leaves, float* values) const override {
-    decode(leaves, values,
-           [&](std::size_t, float* leaf, const LeafMask& active) { clean(leaf, active); });
-  }
-
-  void read_active(std::span<const std::uint32_t> leaves, float* values) const override {
-    const std::size_t channels = floats_per_leaf_ / kLeafVoxels;
-    decode(leaves, values, [&](std::size_t, float* leaf, const LeafMask& active) {
-      clean(leaf, active);
-      for (auto off = active.beginOff(); off; ++off)
-        leaf[off.pos() * channels] = std::numeric_limits<float>::quiet_NaN();
-    });
-  }
-
-  ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
-    if (origins_.empty()) throw Error(ExitCode::input, subject_ + "has been surveyed");
+  ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
+                   LeafRead what) const override {
+    if (what == LeafRead::survey && origins_.empty())
+      throw Error(ExitCode::input, subject_ + "has been surveyed");
+    const std::vector<LeafPlace> places = places_of(leaves);
     SurveySum sum;
-    decode(leaves, values, [&](std::size_t n, float* leaf, const LeafMask& active) {
-      sum.add(survey_.take(origins_[leaves[n]], leaf, active));
-    });
+    try {
+      decoder_.decode(places, /*in_runs=*/false, [&](std::size_t n, const DecodedLeaf& leaf) {
+        float* const to = values + n * floats_per_leaf_;
+        leaf.copy_to(to);
+        if (what == LeafRead::survey)
+          sum.add(survey_.take(origins_[leaves[n]], to, leaf.active()));
+        else
+          clean(to, leaf.active(), what == LeafRead::active);
+      });
+    } catch (const std::exception& e) {
+      throw Error(ExitCode::input, subject_ + "cannot be read again: " + e.what());
+    }
     return sum.total();
   }
 
  private:
-  /// Copies the values of leaves, and calls take(n, values, active) for each.
-  template <typename Take>
-  void decode(std::span<const std::uint32_t> leaves, float* values, const Take& take) const {
+  std::vector<LeafPlace> places_of(std::span<const std::uint32_t> leaves) const {
     std::vector<LeafPlace> places;
     places.reserve(leaves.size());
     for (const std::uint32_t leaf : leaves) {
@@ -69,20 +65,17 @@ class FileLeaves final : public StoredLeaves {
         throw Error(ExitCode::input, subject_ + "has no leaf of that number");
       places.push_back({places_[leaf], places_[leaf + 1]});
     }
-    try {
-      decoder_.decode(places, /*in_runs=*/false, [&](std::size_t n, const DecodedLeaf& leaf) {
-        float* const to = values + n * floats_per_leaf_;
-        leaf.copy_to(to);
-        take(n, to, leaf.active());
-      });
-    } catch (const std::exception& e) {
-      throw Error(ExitCode::input, subject_ + "cannot be read again: " + e.what());
-    }
+    return places;
   }
 
-  void clean(float* values, const LeafMask& active) const {
+  /// Replaces bad values and, if `marks`, the first channel of inactive voxels by NaN.
+  void clean(float* values, const LeafMask& active, bool marks) const {
     if (survey_.without_ranges().take({}, values, active).bad.positive_infinite > 0)
       vdb::replace_infinite(values, floats_per_leaf_, largest_);
+    if (!marks) return;
+    for (auto off = active.beginOff(); off; ++off)
+      values[off.pos() * (floats_per_leaf_ / kLeafVoxels)] =
+          std::numeric_limits<float>::quiet_NaN();
   }
 
   LeafDecoder decoder_;

@@ -81,10 +81,8 @@ std::string unsupported_type(const std::string& grid_type) {
     return "has values that are half floats, which OpenVDB reads since version 13; psivox uses "
            "OpenVDB " +
            std::string(openvdb::getLibraryVersionString());
-  std::vector<std::string> known;
-  for (const SupportedType& type : supported_types()) known.push_back(type.value_type);
-  return "has type " + grid_type +
-         ", which cannot be rendered; supported value types: " + joined(known, ", ");
+  return "has type " + grid_type + ", which cannot be rendered; supported value types: " +
+         joined(names_in(supported_types(), &SupportedType::value_type), ", ");
 }
 
 bool is_level_set(const openvdb::GridBase& grid) { return half_width(grid).value_or(0) != 0; }

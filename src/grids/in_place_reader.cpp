@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "archive.h"
-#include "field/value_percentile.h"
+#include "field/value_range.h"
 #include "grid_types.h"
 #include "read_grid.h"
 #include "vdb/grid_rows.h"
@@ -52,11 +52,12 @@ void set_transform(const openvdb::math::Transform& transform, GridInfo& info) {
     const openvdb::Vec3d size = transform.voxelSize();
     info.voxel_size = {size[0], size[1], size[2]};
   }
-  if (!info.active_box.empty())
-    set_world_box(info, [&](const glm::dvec3& index) {
-      const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(index.x, index.y, index.z));
-      return glm::dvec3(p[0], p[1], p[2]);
-    });
+  if (info.active_box.empty()) return;
+  const auto to_world = [&](const glm::dvec3& index) {
+    const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(index.x, index.y, index.z));
+    return glm::dvec3(p[0], p[1], p[2]);
+  };
+  std::tie(info.world_min, info.world_max) = bounds_of(info.active_box, to_world);
 }
 
 /// Without OpenVDB's own statistics of the file and what other rows tell.

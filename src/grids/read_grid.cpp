@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "base/text.h"
-#include "field/value_percentile.h"
+#include "field/value_range.h"
 #include "grid_types.h"
 #include "psivox/error.h"
 

@@ -15,7 +15,7 @@
 #include <utility>
 #include <vector>
 
-#include "field/value_percentile.h"
+#include "field/value_range.h"
 #include "grid_types.h"
 #include "psivox/field.h"
 #include "value_block.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstddef>
 
-#include "colour/colour.h"
+#include "image/srgb_codes.h"
 
 #define STB_TRUETYPE_IMPLEMENTATION
 #define STBTT_STATIC
@@ -91,8 +91,7 @@ void Canvas::write(const TextPicture& text, int x, int y, const glm::dvec3& colo
 
 void Canvas::set(int x, int y, const glm::dvec3& color, double coverage) {
   if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return;
-  float* const pixel =
-      &image_.rgba()[4 * (std::size_t(y) * std::size_t(image_.width) + std::size_t(x))];
+  float* const pixel = &image_.rgba()[4 * image_.index(x, y)];
   for (int c = 0; c < 3; ++c) pixel[c] = float(std::lerp(double(pixel[c]), color[c], coverage));
   pixel[3] = float(std::lerp(double(pixel[3]), 1.0, coverage));
 }

@@ -5,7 +5,6 @@
 #include <string_view>
 #include <vector>
 
-#include "psivox/display.h"
 #include "psivox/image.h"
 
 namespace psivox::image_io {

@@ -7,7 +7,7 @@
 #include "base/statistics.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
-#include "scene/colormap.h"
+#include "scene/color.h"
 
 namespace psivox {
 namespace {
@@ -85,10 +85,7 @@ double difference_scale(const Image& a, const Image& b) {
 }
 
 Image difference_picture(const Image& a, const Image& b, double scale) {
-  Image out;
-  out.width = a.width;
-  out.height = a.height;
-  out.layers.push_back({"", {"R", "G", "B", "A"}, std::vector<float>(a.rgba().size(), 1.0f)});
+  Image out = rgba_image(a.width, a.height, 1);
   for (std::size_t i = 0; i < a.rgba().size(); i += 4) {
     const double largest = largest_difference(&a.rgba()[i], &b.rgba()[i]);
     const glm::dvec3 color =

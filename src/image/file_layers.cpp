@@ -1,4 +1,4 @@
-#include "image/file_layers.h"
+#include "image/formats.h"
 
 #include <algorithm>
 #include <map>

@@ -93,11 +93,6 @@ std::optional<Format> format_from_start(std::string_view start) {
 
 const FormatFacts& facts_of(Format format) { return formats[std::size_t(format)]; }
 
-bool is_standard_output(const fs::path& path) {
-  const std::string& name = path.native();
-  return name == "-" || (name.ends_with(":-") && format_of_extension(path));
-}
-
 std::optional<Format> format_of_extension(const fs::path& path) {
   const std::string& name = path.native();
   if (name == "-") return Format::png;
@@ -159,51 +154,38 @@ void check_size(const fs::path& path, int width, int height, double stored, int 
 
 namespace {
 
-fs::path directory_of(const fs::path& path) {
-  return path.has_parent_path() ? path.parent_path() : fs::path(".");
-}
-
-void check_target(const fs::path& named, const fs::path& target) {
+void check_target(const fs::path& target) {
   std::error_code ignored;
-  if (fs::is_directory(target, ignored)) throw write_error(named, "it is a directory");
+  if (fs::is_directory(target, ignored)) throw write_error(target, "it is a directory");
   const bool exists = fs::exists(target, ignored);
-  if (exists && !fs::is_regular_file(target, ignored)) {
-    throw write_error(named, "it is not a regular file");
-  }
+  if (exists && !fs::is_regular_file(target, ignored))
+    throw write_error(target, "it is not a regular file");
   // A rename would replace a read-only file; who protected it does not expect that.
-  if (exists && ::access(target.c_str(), W_OK) != 0) throw write_error(named, std::strerror(errno));
-  const fs::path directory = directory_of(target);
-  if (!fs::is_directory(directory, ignored)) {
-    throw write_error(named, "there is no directory '" + directory.string() + "'");
-  }
+  if (exists && ::access(target.c_str(), W_OK) != 0)
+    throw write_error(target, std::strerror(errno));
+  const fs::path directory = target.parent_path();
+  if (!directory.empty() && !fs::is_directory(directory, ignored))
+    throw write_error(target, "there is no directory '" + directory.string() + "'");
 }
 
 }  // namespace
 
-OutputFile::OutputFile(const fs::path& target) : named_(target), target_(target) {
-  std::error_code ignored;
+OutputFile::OutputFile(const fs::path& target) : target_(target) {
   if (is_standard_output(target)) {
     // Encoders seek, and a pipe takes all or nothing: the bytes go there when they are complete.
     if (::isatty(STDOUT_FILENO) == 1)
-      throw write_error(named_, "the standard output is a terminal; redirect it");
-    target_.clear();
+      throw write_error(target_, "the standard output is a terminal; redirect it");
     file_ = std::tmpfile();
-    if (file_ == nullptr) throw write_error(named_, std::strerror(errno));
-    return;
+  } else {
+    check_target(target_);
+    try {
+      hidden_.emplace(target_);
+      file_ = fdopen(hidden_->open(), "wb");
+    } catch (const std::system_error& failure) {
+      throw write_error(target_, "no file can be created beside it: " + failure.code().message());
+    }
   }
-  // the links stay, and the last one's file need not exist
-  for (int links = 0; links < 40 && fs::is_symlink(target_, ignored); ++links)
-    target_ = directory_of(target_) / fs::read_symlink(target_, ignored);
-  check_target(named_, target_);
-
-  try {
-    hidden_.emplace(target_);
-    file_ = fdopen(hidden_->open(), "wb");
-  } catch (const std::system_error& failure) {
-    throw write_error(named_, "no file can be created in '" + directory_of(target_).string() +
-                                  "': " + failure.code().message());
-  }
-  if (file_ == nullptr) throw write_error(named_, std::strerror(errno));
+  if (file_ == nullptr) throw write_error(target_, std::strerror(errno));
 }
 
 OutputFile::~OutputFile() {
@@ -235,18 +217,18 @@ void OutputFile::copy_to_standard_output() {
 }
 
 void OutputFile::commit(bool library_succeeded, const std::string& library_says) {
-  if (target_.empty() && failure_ == 0 && library_succeeded) copy_to_standard_output();
+  if (!hidden_ && failure_ == 0 && library_succeeded) copy_to_standard_output();
   if (std::fclose(file_) != 0) remember_failure();
   file_ = nullptr;
-  if (failure_ != 0) throw write_error(named_, std::strerror(failure_));
+  if (failure_ != 0) throw write_error(target_, std::strerror(failure_));
   if (!library_succeeded) {
-    throw write_error(named_, library_says.empty() ? "the encoder gave no reason" : library_says);
+    throw write_error(target_, library_says.empty() ? "the encoder gave no reason" : library_says);
   }
-  if (target_.empty()) return;
+  if (!hidden_) return;
   try {
     hidden_->show();
   } catch (const std::system_error& failure) {
-    throw write_error(named_, failure.code().message());
+    throw write_error(target_, failure.code().message());
   }
 }
 

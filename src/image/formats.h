@@ -47,9 +47,6 @@ struct FormatFacts {
 
 const FormatFacts& facts_of(Format format);
 
-/// Whether a file of this name goes to the standard output: `-` as PNG, `exr:-` as EXR, and so on.
-bool is_standard_output(const std::filesystem::path& path);
-
 /// The format that a file of this name is written in, if any; the extension's case does not matter.
 std::optional<Format> format_of_extension(const std::filesystem::path& path);
 /// The format by the extension. Throws Error(usage) if no writer knows it.
@@ -102,8 +99,6 @@ class OutputFile {
   void remember_failure();
   void copy_to_standard_output();
 
-  std::filesystem::path named_;  ///< as the user wrote it, for messages
-  /// Symbolic links followed: the link is kept, not replaced. Empty: the standard output.
   std::filesystem::path target_;
   std::optional<HiddenFile> hidden_;  ///< unset: the standard output
   std::FILE* file_ = nullptr;
@@ -113,6 +108,28 @@ class OutputFile {
 /// The name of a channel in an EXR file: `R` in the picture, `depth` for the only channel of the
 /// layer `depth`, `normal.X` in a layer of several.
 std::string exr_channel_name(const Layer& layer, std::size_t channel);
+
+/// A file's pixels, all channels of one together.
+struct StoredPixels {
+  std::int64_t width = 0, height = 0;
+  std::vector<std::string> channels;  ///< their names
+  std::span<const float> values;
+};
+
+/// A picture's rectangle, in the coordinates of the stored pixels. 64 bits: an EXR's windows may
+/// lie 2^31 apart.
+struct Window {
+  std::int64_t x = 0, y = 0;
+  int width = 0, height = 0;
+};
+
+/// Whether the channels have a picture: R G B, or the grey Y.
+bool have_picture(const std::vector<std::string>& channels);
+
+/// Sorts a file's channels into layers, the inverse of exr_channel_name. The picture comes first,
+/// if there is one, with alpha 1 if there is no A. Channels with one prefix (`normal.X`,
+/// `normal.Y`) are one layer. Pixels of the window that the file does not store are 0.
+std::vector<Layer> layers_of_file(const StoredPixels& stored, const Window& window);
 
 /// Writes one part with zip: the channels of the picture, then the channels of each layer. Throws
 /// Error(output).

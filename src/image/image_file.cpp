@@ -51,14 +51,13 @@ void check_layers(const Image& image, const fs::path& path) {
     throw Error(ExitCode::failure, "cannot write " + in_quotes(path.string()) + ": " + why);
   };
   if (image.width <= 0 || image.height <= 0) fail("the picture is empty");
-  const auto pixels = std::size_t(image.width) * std::size_t(image.height);
   if (image.layers.empty() || !image.layers.front().name.empty() ||
       image.layers.front().channels != std::vector<std::string>{"R", "G", "B", "A"}) {
     fail("the first layer is not R G B A");
   }
   std::set<std::string> names;
   for (const Layer& layer : image.layers) {
-    if (layer.values.size() != pixels * layer.channels.size()) {
+    if (layer.values.size() != image.pixels() * layer.channels.size()) {
       fail("layer '" + layer.name + "' does not have the picture's size");
     }
     for (std::size_t c = 0; c < layer.channels.size(); ++c) {
@@ -227,7 +226,10 @@ bool has_picture_extension(const fs::path& path) {
 
 std::string extension_problem(const fs::path& path) { return image_io::extension_problem(path); }
 
-bool is_standard_output(const fs::path& path) { return image_io::is_standard_output(path); }
+bool is_standard_output(const fs::path& path) {
+  const std::string& name = path.native();
+  return name == "-" || (name.ends_with(":-") && image_io::format_of_extension(path));
+}
 
 bool holds_layers(const fs::path& path) {
   return image_io::format_of_extension(path) == Format::exr;

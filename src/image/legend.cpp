@@ -7,7 +7,7 @@
 #include "base/text.h"
 #include "canvas.h"
 #include "psivox/camera.h"
-#include "scene/colormap.h"
+#include "scene/color.h"
 #include "scene/environment.h"
 #include "scene/transfer_function.h"
 

@@ -193,9 +193,9 @@ Image read_png(const std::filesystem::path& path) {
   const auto codes = std::make_unique_for_overwrite<std::uint8_t[]>(8 * pixels);
   if (!png.read_pixels(codes.get())) throw damaged();
 
-  Image image{png.width(), png.height(), {{"", {"R", "G", "B", "A"}, {}}}, png.texts()};
-  std::vector<float>& values = image.layers.front().values;
-  values.resize(4 * pixels);
+  Image image = rgba_image(png.width(), png.height());
+  image.metadata = png.texts();
+  const std::span<float> values = image.rgba();
   const auto value = [&](std::size_t i) {
     return float(codes[2 * i] << 8 | codes[2 * i + 1]) / 65535;
   };

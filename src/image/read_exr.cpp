@@ -18,7 +18,6 @@
 #include <utility>
 #include <vector>
 
-#include "image/file_layers.h"
 #include "image/formats.h"
 
 namespace psivox::image_io {

@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "base/text.h"
+#include "field/value_range.h"
 #include "look/draft.h"
 #include "look/voxel_lines.h"
 #include "medium/map_field.h"
-#include "medium/value_range.h"
 #include "psivox/parameters.h"
 
 namespace psivox {
@@ -152,11 +152,7 @@ std::string density_grid(const Scene& scene, const VdbFile& file) {
   return scene.grid.empty() ? file.default_grid() : scene.grid;
 }
 
-std::vector<std::string> choice_names() {
-  std::vector<std::string> names;
-  for (const Choice& choice : choices) names.emplace_back(choice.name);
-  return names;
-}
+std::vector<std::string> choice_names() { return names_in(choices, &Choice::name); }
 
 void choose(const std::string& name, Choosing& all) {
   std::ranges::find(choices, name, &Choice::name)->make(all);

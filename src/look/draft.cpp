@@ -7,8 +7,8 @@
 #include <numeric>
 
 #include "field/index_space.h"
+#include "field/value_range.h"
 #include "look/voxel_lines.h"
-#include "medium/value_range.h"
 #include "psivox/draw.h"
 #include "psivox/scene.h"
 #include "scene/cuts.h"

@@ -8,7 +8,7 @@
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
-#include "medium/value_range.h"
+#include "field/value_range.h"
 
 namespace psivox {
 namespace {

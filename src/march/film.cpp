@@ -19,12 +19,8 @@ float PixelSums::depth() const {
 }
 
 Film::Film(const glm::ivec2& size, int pixel_samples, const RenderOptions& options)
-    : pixel_samples_(pixel_samples) {
-  image_.width = size.x;
-  image_.height = size.y;
+    : image_(rgba_image(size.x, size.y)), pixel_samples_(pixel_samples) {
   image_.layers.reserve(5);  // the pointers into them must stay
-  image_.layers.push_back({"", {"R", "G", "B", "A"}, {}});
-  image_.layers[0].values.resize(std::size_t(image_.width) * std::size_t(image_.height) * 4);
   picture_ = image_.layers[0].values.data();
   depth_ = layer("depth", options.depth);
   transmittance_ = layer("transmittance", options.transmittance);
@@ -34,21 +30,20 @@ Film::Film(const glm::ivec2& size, int pixel_samples, const RenderOptions& optio
 
 float* Film::layer(const char* name, bool wanted) {
   if (!wanted) return nullptr;
-  image_.layers.push_back(
-      {name, {name}, std::vector<float>(std::size_t(image_.width) * std::size_t(image_.height))});
+  image_.layers.push_back({name, {name}, std::vector<float>(image_.pixels())});
   return image_.layers.back().values.data();
 }
 
 void Film::set(int x, int y, const PixelSums& sums) {
   *pixel(x, y) = glm::vec4(sums.picture / double(sums.samples));
-  set_layers(index(x, y), sums);
+  set_layers(image_.index(x, y), sums);
 }
 
 void Film::set_layers(int x, int y, std::span<const glm::vec4> layers) {
   for (std::size_t k = 0; k < layers.size(); ++k) {
     PixelSums sums;
     sums.add(glm::dvec4(0), glm::dvec4(layers[k]));
-    set_layers(index(x, y) + k, sums);
+    set_layers(image_.index(x, y) + k, sums);
   }
 }
 

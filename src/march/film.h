@@ -36,7 +36,9 @@ class Film {
   void set(int x, int y, const PixelSums& sums);
 
   /// R G B A of a pixel: where each has one sample it may be written there, rows `width()` apart.
-  glm::vec4* pixel(int x, int y) { return reinterpret_cast<glm::vec4*>(picture_) + index(x, y); }
+  glm::vec4* pixel(int x, int y) {
+    return reinterpret_cast<glm::vec4*>(picture_) + image_.index(x, y);
+  }
   int width() const { return image_.width; }
   int height() const { return image_.height; }
 
@@ -52,9 +54,6 @@ class Film {
 
  private:
   float* layer(const char* name, bool wanted);
-  std::size_t index(int x, int y) const {
-    return std::size_t(y) * std::size_t(image_.width) + std::size_t(x);
-  }
   void set_layers(std::size_t i, const PixelSums& sums);
 
   Image image_;

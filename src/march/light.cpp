@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/text.h"
+#include "field/leaf_values.h"
 #include "march/medium_atlas.h"
 #include "psivox/parameters.h"
 #include "scene/environment.h"
@@ -198,7 +199,7 @@ glm::dvec3 LitLuminance::own(const glm::ivec3& voxel) const {
 
 void LitLuminance::add(const Beam& beam, bool first, const glm::ivec3& origin,
                        std::span<const double> depths, float* to) const {
-  const auto voxel = [&](int i) { return origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7); };
+  const auto voxel = [&](int i) { return origin + leaf_voxel(i); };
   if (common_) {
     const double all = glm::length(*common_);
     const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 
+#include "field/leaf_values.h"
 #include "march/atlas_march.h"
 #include "march/light.h"
 #include "march/light_lattice.h"
@@ -71,8 +72,7 @@ void take_blocks(const LightBlocks& blocks, const VoxelDepth& depth, const TakeD
     tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
       std::array<double, 512> depths;
       for (int i = 0; i < 512; ++i)
-        depths[std::size_t(i)] =
-            depth(blocks.all[some[k]] + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
+        depths[std::size_t(i)] = depth(blocks.all[some[k]] + leaf_voxel(i));
       take(some[k], depths);
     });
   });

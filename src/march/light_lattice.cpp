@@ -106,8 +106,7 @@ void LightSlabs::add_octants(const LatticeFrame& frame, const BrickAtlas& densit
   for (std::size_t k = 0; k < dark.size(); ++k)
     for (int i = 0; i < 8; ++i) {
       if (!(dark[k] >> i & 1)) continue;
-      const glm::ivec3 corner =
-          brick_cells * density.places[k] + 4 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+      const glm::ivec3 corner = brick_cells * density.places[k] + 4 * cube_corner(i);
       const int z = corner[frame.axis], slice = std::min(frame.slice(z), frame.slice(z + 4));
       // a cell between two slices belongs to the second
       for (int first = std::max((slice + 1) & ~7, begin); first <= slice + 4 && first < end;

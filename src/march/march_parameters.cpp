@@ -28,8 +28,7 @@ bool begins_inside(const View& view) {
   }
   bool before = false, behind = false;
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
-    const glm::dvec3 at(density.world_from_index * glm::dvec4(corner, 1));
+    const glm::dvec3 at(density.world_from_index * glm::dvec4(corner_of(domain, i), 1));
     (glm::dot(at - view.camera.position, view.camera.forward) > 0 ? before : behind) = true;
   }
   return before && behind;

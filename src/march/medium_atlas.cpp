@@ -9,9 +9,9 @@
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
+#include "field/value_range.h"
 #include "march/grids.h"
 #include "march/march_parameters.h"
-#include "medium/value_range.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -28,14 +28,7 @@ AtlasSize& operator+=(AtlasSize& sum, const AtlasSize& size) {
 
 /// Voxels of `to` that hold all points of a box of voxels of `from`.
 Box mapped(const Box& box, const glm::dmat4& to_from) {
-  glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
-  for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner =
-        glm::mix(glm::dvec3(box.min), glm::dvec3(box.max), glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
-    const glm::dvec3 at(to_from * glm::dvec4(corner, 1));
-    low = glm::min(low, at);
-    high = glm::max(high, at);
-  }
+  const auto [low, high] = bounds_of(box, to_from);
   // a voxel's rounding to either side where the two lattices are the same
   constexpr double rounding = 1e-6;
   return {glm::ivec3(glm::floor(low + rounding)), glm::ivec3(glm::ceil(high - rounding))};
@@ -197,7 +190,7 @@ glm::ivec3 region_ghost(const View& view) {
   const glm::dmat3 rows = glm::transpose(glm::inverse(glm::dmat3(density.world_from_index)));
   glm::ivec3 ghost;
   for (int axis = 0; axis < 3; ++axis)
-    ghost[axis] = 1 + int(std::min(step * glm::length(rows[axis]) / 8, double(most_bricks)));
+    ghost[axis] = 1 + int(std::min(step * glm::length(rows[axis]) / 8, double(far_away / 8)));
   return ghost;
 }
 
@@ -212,7 +205,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   const Box stored{region.min - ghost, region.max + ghost};
   const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
     options.texel = view.scene.texel;
-    options.region = part;
+    options.region = part.value_or(everywhere);
     // a region is a small part of the domain: a dense table of it would be the largest of all
     options.top_entries = region_top_entries;
     if (!part) return build_atlas(field, options);

@@ -4,6 +4,8 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "field/index_space.h"
+
 namespace psivox {
 
 PixelBox common(const PixelBox& a, const PixelBox& b) {
@@ -33,7 +35,7 @@ PixelBox pixels_of(const View& view, const glm::dvec3& low, const glm::dvec3& hi
   glm::dvec2 first(HUGE_VAL), last(-HUGE_VAL);
   int behind = 0, beside = 0;
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(i >> 2, i >> 1 & 1, i & 1));
+    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(cube_corner(i)));
     const glm::dvec3 to =
         glm::dvec3(view.medium.density->world_from_index * glm::dvec4(corner, 1)) - camera.position;
     const double along = camera.orthographic ? 1 : glm::dot(to, camera.forward);

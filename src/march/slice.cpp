@@ -14,6 +14,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "field/field_index.h"
+#include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
@@ -33,7 +34,7 @@ Plane placed_plane(const Scene& scene) {
 bool passes(const Plane& plane, const Leaf& leaf, const glm::dmat4& world_from_index) {
   double least = HUGE_VAL, most = -HUGE_VAL;
   for (int i = 0; i < 8; ++i) {
-    const glm::ivec3 corner = leaf.origin - 1 + 9 * glm::ivec3(i >> 2, i >> 1 & 1, i & 1);
+    const glm::ivec3 corner = leaf.origin - 1 + 9 * cube_corner(i);
     const glm::dvec3 at(world_from_index * glm::dvec4(corner, 1));
     const double distance = glm::dot(plane.normal, at - *plane.point);
     least = std::min(least, distance);

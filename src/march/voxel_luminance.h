@@ -78,8 +78,7 @@ class OwnLuminance {
   /// At the 8^3 voxels from `origin` on, z fastest.
   void block(const glm::ivec3& origin, std::span<glm::dvec3> to) const {
     if (medium_.source != LuminanceSource::transfer) {
-      for (int i = 0; i < 512; ++i)
-        to[std::size_t(i)] = at(origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7));
+      for (int i = 0; i < 512; ++i) to[std::size_t(i)] = at(origin + leaf_voxel(i));
       return;
     }
     const FieldIndex::Block block = index_->block(origin);

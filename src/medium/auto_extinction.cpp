@@ -142,7 +142,7 @@ glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
     for (const Leaf& leaf : leaves) {
       const LeafValues values = values_of(field, leaf);
       for (int i = 0; i < 512; ++i) {
-        const glm::ivec3 voxel(i >> 6, (i >> 3) & 7, i & 7);
+        const glm::ivec3 voxel = leaf_voxel(i);
         const double value = attenuation(*values.at(voxel));
         if (value > densest.largest) densest = {leaf.origin + voxel, value};
       }

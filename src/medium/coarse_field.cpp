@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "field/leaf_values.h"
-#include "medium/value_range.h"
+#include "field/value_range.h"
 
 namespace psivox {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "base/text.h"
-#include "medium/value_range.h"
+#include "field/value_range.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 

@@ -74,7 +74,7 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
     }
   bool any = false;
   for (int i = 0; i < 512; ++i) {
-    const glm::ivec3 local(i >> 6, (i >> 3) & 7, i & 7);
+    const glm::ivec3 local = leaf_voxel(i);
     glm::dvec3 difference;
     for (int axis = 0; axis < 3; ++axis) {
       const int stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;

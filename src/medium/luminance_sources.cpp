@@ -7,8 +7,8 @@
 
 #include "base/text.h"
 #include "field/leaf_values.h"
+#include "field/value_range.h"
 #include "medium/map_field.h"
-#include "medium/value_range.h"
 #include "psivox/error.h"
 #include "scene/color.h"
 

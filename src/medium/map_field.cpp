@@ -13,7 +13,7 @@
 #include "base/text.h"
 #include "field/field_index.h"
 #include "field/leaf_values.h"
-#include "medium/value_range.h"
+#include "field/value_range.h"
 #include "psivox/error.h"
 
 namespace psivox {

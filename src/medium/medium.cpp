@@ -8,10 +8,10 @@
 
 #include "base/text.h"
 #include "field/leaf_values.h"
+#include "field/value_range.h"
 #include "medium/density_function.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
-#include "medium/value_range.h"
 #include "medium/visible_parts.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"

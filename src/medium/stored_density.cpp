@@ -14,7 +14,7 @@
 #include "atlas/atlas.h"
 #include "atlas/regions.h"
 #include "field/leaf_values.h"
-#include "field/value_percentile.h"
+#include "field/value_range.h"
 #include "medium/map_field.h"
 
 namespace psivox {
@@ -59,7 +59,7 @@ class KeptLeaves final : public LeafReader {
     for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
       const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
       if (!values) values = std::make_unique_for_overwrite<float[]>(some.size() * floats_);
-      survey = survey + file_->survey(some, values.get());
+      survey = survey + file_->read(some, values.get(), LeafRead::survey);
       leaves.clear();
       for (const std::uint32_t leaf : some)
         leaves.push_back({field.leaves[leaf].origin, values.get() + leaves.size() * floats_});
@@ -88,7 +88,9 @@ class KeptLeaves final : public LeafReader {
                              [&](std::span<std::uint64_t> counts) { team.sum(counts); });
   }
 
-  void read(std::span<const std::uint32_t> leaves, float* values) const override {
+  ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
+                   LeafRead what) const override {
+    if (what != LeafRead::data) return file_->read(leaves, values, what);
     const std::lock_guard lock(mutex_);
     for (std::size_t n = 0; n < leaves.size();) {
       if (take_kept(leaves[n], values + n * floats_)) {
@@ -102,12 +104,7 @@ class KeptLeaves final : public LeafReader {
       replace_infinite(from_file);
       n = end;
     }
-  }
-  ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
-    return file_->survey(leaves, values);
-  }
-  void read_active(std::span<const std::uint32_t> leaves, float* values) const override {
-    file_->read_active(leaves, values);
+    return {};
   }
   const std::vector<TileValue>& active_tiles() const override { return file_->active_tiles(); }
 

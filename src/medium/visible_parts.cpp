@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <tuple>
 
-#include "medium/value_range.h"
+#include "field/value_range.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {

@@ -6,7 +6,7 @@
 #include <string_view>
 
 #include "colour/colour.h"
-#include "image/file_layers.h"
+#include "image/formats.h"
 #include "oiio/picture_module.h"
 
 namespace psivox::image_io {

@@ -8,7 +8,7 @@
 #include "image/formats.h"
 #include "march/film.h"
 #include "page/page_parts.h"
-#include "plan/choose_codes.h"
+#include "plan/plan.h"
 #include "psivox/picture_file.h"
 #include "scene/cuts.h"
 

@@ -1,4 +1,4 @@
-#include "plan/choose_codes.h"
+#include "plan/plan.h"
 
 #include <algorithm>
 #include <cmath>
@@ -75,7 +75,7 @@ std::vector<double> effects_of_values(const View& view, const MediumAtlas& atlas
 ErrorSum errors_by(const BrickCodes& codes, const MediumAtlas& atlas, const PlannedMarch& planned,
                    double most, const Progress& progress) {
   const Image& truth = planned.truth;
-  const std::size_t count = std::size_t(truth.width) * std::size_t(truth.height);
+  const std::size_t count = truth.pixels();
   std::vector<glm::ivec2> pixels;
   // a stride that has no divisor in common with the count, so that a batch is spread
   std::size_t stride = std::max<std::size_t>(std::size_t(0.618 * double(count)), 1);
@@ -92,7 +92,7 @@ ErrorSum errors_by(const BrickCodes& codes, const MediumAtlas& atlas, const Plan
     const std::span<const glm::ivec2> these = std::span(pixels).subspan(first, some);
     march.march(these, std::span(rays).first(some), progress);
     for (std::size_t i = 0; i < some; ++i) {
-      const std::size_t at = std::size_t(these[i].y * truth.width + these[i].x);
+      const std::size_t at = truth.index(these[i].x, these[i].y);
       for (int c = 0; c < 4; ++c)
         sum.add(double(rays[i].picture[c]) - double(truth.rgba()[4 * at + std::size_t(c)]), at);
     }

@@ -85,7 +85,7 @@ Pilot::Pilot(const View& exact, const View& ended, const MediumAtlas& atlas,
   const glm::ivec2 size = pilot_size(exact.scene.resolution);
   order_ = spread_evenly(size);
   const std::size_t count = order_.size();
-  truth_ = {size.x, size.y, {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * count)}}, {}};
+  truth_ = rgba_image(size.x, size.y);
   exact_samples_.resize(count);
   exact_errors_.resize(count);
 

@@ -214,8 +214,7 @@ CheckedError check_pixels(const View& view, const Image& picture, int pixels,
   CheckedError error{int(places.size())};
   ErrorSum sum;
   for (std::size_t i = 0; i < places.size(); ++i) {
-    const auto at =
-        std::size_t(places[i].y) * std::size_t(picture.width) + std::size_t(places[i].x);
+    const auto at = picture.index(places[i].x, places[i].y);
     for (int c = 0; c < 4; ++c)
       sum.add(double(picture.rgba()[4 * at + std::size_t(c)]) - truth[i][c], i);
   }

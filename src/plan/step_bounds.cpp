@@ -1,4 +1,4 @@
-#include "plan/step_bounds.h"
+#include "plan/trials.h"
 
 #include <tbb/parallel_for.h>
 

@@ -117,15 +117,11 @@ std::string hint(const std::string& name, const std::vector<std::string>& known)
 
 /// Any picture as the library has it: H x W x 4, or x 3 with alpha 1.
 Image image_of(const Floats& pixels) {
-  Image image;
-  image.height = int(pixels.shape(0));
-  image.width = int(pixels.shape(1));
-  image.layers.push_back({"", {"R", "G", "B", "A"}, {}});
+  Image image = rgba_image(int(pixels.shape(1)), int(pixels.shape(0)), 1);
   const auto channels = std::size_t(pixels.shape(2));
   const float* value = pixels.data();
-  for (py::ssize_t i = 0; i < pixels.shape(0) * pixels.shape(1); ++i, value += channels)
-    for (std::size_t c = 0; c < 4; ++c)
-      image.layers[0].values.push_back(c < channels ? value[c] : 1.0f);
+  for (std::size_t i = 0; i < image.rgba().size(); i += 4, value += channels)
+    std::copy_n(value, channels, &image.rgba()[i]);
   return image;
 }
 
@@ -262,7 +258,7 @@ void define_pictures(py::module_& m) {
 }
 
 void define_studies(py::module_& m) {
-  m.def("sweep_lists", &sweep_lists);
+  m.def("sweep_lists", [] { return names_in(sweep_lists(), &SweepList::name); });
   m.def("swept_parameters", &swept_parameters);
   m.def("study", [](const std::shared_ptr<VdbFile>& file, const SceneWords& words,
                     const std::string& folder, const std::map<std::string, std::string>& lists,

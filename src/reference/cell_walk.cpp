@@ -103,8 +103,6 @@ void CubeSteps::find_end() { end_ = std::min(s1_, std::min(next_.x, std::min(nex
 
 namespace {
 
-glm::ivec3 neighbour(int i) { return {i >> 2, (i >> 1) & 1, i & 1}; }
-
 bool all_zero(const CellBlock& block, int channels) {
   for (int x = 0; x <= 8; ++x)
     for (int y = 0; y <= 8; ++y)
@@ -117,7 +115,7 @@ bool all_zero(const CellBlock& block, int channels) {
 /// False only if every corner of the cells [w key, w key + w), w = widths[level], is 0.
 bool may_hold_values(const FieldIndex& index, std::size_t level, const glm::ivec3& key) {
   for (int i = 0; i < 8; ++i) {
-    const glm::ivec3 cube = FieldIndex::widths[level] * (key + neighbour(i));
+    const glm::ivec3 cube = FieldIndex::widths[level] * (key + cube_corner(i));
     if (index.holds_any(int(level), cube) || index.stores(cube)) return true;  // a wider tile does
   }
   return false;
@@ -144,7 +142,7 @@ CellBlock BlockCache::made(const glm::ivec3& key) const {
   made.key = key;
   bool stored = false;
   for (int i = 0; i < 8; ++i) {
-    const FieldIndex::Block block = index_->block(8 * (key + neighbour(i)));
+    const FieldIndex::Block block = index_->block(8 * (key + cube_corner(i)));
     made.values[std::size_t(i)] = block.values;
     stored |= block.stored;
   }

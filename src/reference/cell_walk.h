@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "field/field_index.h"
+#include "field/index_space.h"
 #include "piece.h"
 #include "psivox/camera.h"
 #include "psivox/field.h"
@@ -86,9 +87,7 @@ struct CellBlock {
   std::array<double, 8> corners(const glm::ivec3& cell, int channel) const {
     const glm::ivec3 local = cell - 8 * key;
     std::array<double, 8> c;
-    for (int i = 0; i < 8; ++i) {
-      c[std::size_t(i)] = value(local + glm::ivec3(i >> 2, (i >> 1) & 1, i & 1), channel);
-    }
+    for (int i = 0; i < 8; ++i) c[std::size_t(i)] = value(local + cube_corner(i), channel);
     return c;
   }
 };

@@ -70,7 +70,7 @@ double interpolated(BlockCache& cache, const Box& domain, const glm::ivec3& anch
   const std::array<double, 8> corners = cache.at(cell >> 3).corners(cell, 0);
   double value = 0;
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 w = glm::mix(1.0 - u, u, glm::dvec3(i >> 2, (i >> 1) & 1, i & 1));
+    const glm::dvec3 w = glm::mix(1.0 - u, u, glm::dvec3(cube_corner(i)));
     value += corners[std::size_t(i)] * w.x * w.y * w.z;
   }
   return value;

@@ -52,7 +52,7 @@ bool has_depth(const Scene& scene) {
 
 /// Sets a pixel of the picture and of its layers `error` and, if it has one, `depth`.
 static void set_pixel(Image& image, int x, int y, const RayPicture& p) {
-  const auto i = std::size_t(y) * std::size_t(image.width) + std::size_t(x);
+  const std::size_t i = image.index(x, y);
   float* rgba = image.layers[0].values.data() + 4 * i;
   for (int c = 0; c < 3; ++c) rgba[c] = float(p.radiance[c]);
   rgba[3] = float(p.opacity);
@@ -99,13 +99,9 @@ static void each_pixel(const View& view, double tolerance, const Progress& progr
 ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
   const Stopwatch watch;
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
-  const std::size_t pixels = std::size_t(width) * std::size_t(height);
-
-  ReferenceResult result;
-  result.image.width = width;
-  result.image.height = height;
-  result.image.layers = {{"", {"R", "G", "B", "A"}, std::vector<float>(4 * pixels)},
-                         {"error", {"error"}, std::vector<float>(pixels)}};
+  ReferenceResult result{rgba_image(width, height)};
+  const std::size_t pixels = result.image.pixels();
+  result.image.layers.push_back({"error", {"error"}, std::vector<float>(pixels)});
   if (has_depth(view.scene))
     result.image.layers.push_back({"depth", {"depth"}, std::vector<float>(pixels)});
 
@@ -123,7 +119,7 @@ Layer bound_layer(const View& view, const Image& picture, double tolerance,
                   const Progress& progress) {
   Layer layer{"bound", {"bound"}, std::vector<float>(picture.rgba().size() / 4)};
   each_pixel(view, tolerance, progress, [&](int x, int y, const RayPicture& p) {
-    const std::size_t i = std::size_t(y) * std::size_t(picture.width) + std::size_t(x);
+    const std::size_t i = picture.index(x, y);
     const glm::dvec4 exact(p.radiance, p.opacity);
     double off = 0;
     for (int c = 0; c < 4; ++c) {

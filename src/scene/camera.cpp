@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "field/index_space.h"
 #include "psivox/error.h"
 #include "scene/cuts.h"
 
@@ -220,16 +221,7 @@ double VisibleGrid::reach(const VisibleBlock& block, const glm::dvec3& direction
 }
 
 void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max) {
-  const Box domain = field.domain();
-  box_min = glm::dvec3(INFINITY);
-  box_max = glm::dvec3(-INFINITY);
-  for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner = glm::mix(glm::dvec3(domain.min), glm::dvec3(domain.max),
-                                       glm::dvec3(i & 1, i >> 1 & 1, i >> 2));
-    const glm::dvec3 p(field.world_from_index * glm::dvec4(corner, 1));
-    box_min = glm::min(box_min, p);
-    box_max = glm::max(box_max, p);
-  }
+  std::tie(box_min, box_max) = bounds_of(field.domain(), field.world_from_index);
 }
 
 glm::dvec2 pixel_sample(int i, int n) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "colour/colour.h"
+#include "psivox/scene.h"
 
 namespace psivox {
 
@@ -26,6 +27,13 @@ glm::dvec3 mix_lab(const glm::dvec3& a, const glm::dvec3& b, double t);
 glm::dvec3 mix_diverging(const glm::dvec3& a, const glm::dvec3& b, double t);
 /// `shortest`: hues go round the circle on the shorter side, possibly through red.
 glm::dvec3 mix_hsv(const glm::dvec3& a, const glm::dvec3& b, double t, bool shortest);
+
+/// Colour at u, clamped to [0, 1]: linear Rec. 709 radiance, 1 is white. The maps are defined as
+/// sRGB codes at knots; between knots the decoded radiance is linear.
+glm::dvec3 colormap_color(Colormap map, double u);
+
+/// Places of the map's knots, from 0 to 1.
+std::vector<double> colormap_knots(Colormap map);
 
 /// Linear Rec. 709 radiance of a black body, such that 6500 K has luminance (CIE Y) 1. Channels
 /// that would be negative, outside the gamut of Rec. 709, are 0: blue below about 1900 K, green too

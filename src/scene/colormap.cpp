@@ -1,11 +1,10 @@
-#include "scene/colormap.h"
+#include "scene/color.h"
 
 #include <array>
 #include <nlohmann/json.hpp>
 
 #include "base/text.h"
 #include "psivox/error.h"
-#include "scene/color.h"
 #include "scene/enum_names.h"
 #include "scene/transfer_function.h"
 

@@ -280,11 +280,9 @@ bool Range::contains(double value) const {
 
 void set_parameter(Scene& scene, std::string_view name, std::string_view text) {
   const Parameter* p = find_parameter(name);
-  if (!p) {
-    std::vector<std::string> names;
-    for (const Parameter& row : parameters()) names.push_back(row.name);
-    throw Error(ExitCode::usage, "unknown parameter " + in_quotes(name) + suggestion(name, names));
-  }
+  if (!p)
+    throw Error(ExitCode::usage, "unknown parameter " + in_quotes(name) +
+                                     suggestion(name, names_in(parameters(), &Parameter::name)));
   std::visit([&](auto member) { assign(*p, text, scene.*member); }, p->member);
   scene.given.insert(p->name);
 }

@@ -8,7 +8,7 @@
 
 #include "base/text.h"
 #include "psivox/error.h"
-#include "scene/colormap.h"
+#include "scene/color.h"
 
 namespace psivox {
 namespace {

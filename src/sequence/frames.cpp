@@ -277,8 +277,7 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
 }
 
 std::vector<std::string> auto_samples(const SequenceFiles& files) {
-  std::vector<std::string> paths;
-  for (const auto& [frame, path] : files) paths.push_back(path);
+  std::vector<std::string> paths = names_in(files, &SequenceFiles::value_type::second);
   std::set<std::size_t> samples{0, paths.size() / 2, paths.size() - 1};
   const bool may_burn = std::ranges::any_of(
       samples, [&](std::size_t n) { return burning_voxels(paths[n]).has_value(); });

@@ -10,7 +10,7 @@
 #include "march/formula_march.h"
 #include "psivox/image.h"
 #include "psivox/study.h"
-#include "scene/colormap.h"
+#include "scene/color.h"
 #include "study/page.h"
 #include "study/results.h"
 
@@ -113,14 +113,13 @@ struct Surface {
 
   /// Blue below 0, red above, full colour at `scale`.
   Image picture(double SegmentError::*member, double scale) const {
-    Image image;
-    image.width = image.height = cells;
-    image.layers.push_back({"", {"R", "G", "B", "A"}, {}});
+    Image image = rgba_image(cells, cells, 1);
+    float* pixel = image.rgba().data();
     for (const SegmentError& e : errors) {
       const double u = scale > 0 ? 0.5 + 0.5 * e.*member / scale : 0.5;
       const glm::dvec3 color = colormap_color(Colormap::coolwarm, u);
-      for (int c = 0; c < 3; ++c) image.layers[0].values.push_back(float(color[c]));
-      image.layers[0].values.push_back(1);
+      for (int c = 0; c < 3; ++c) pixel[c] = float(color[c]);
+      pixel += 4;
     }
     return image;
   }

@@ -28,21 +28,36 @@ Fill filled(std::vector<T> Sweep::*list, Held Scene::*member) {
 }
 
 /// A list, and the scene's parameter that reads and writes its items.
-struct List {
-  const char* name;
+struct List : SweepList {
   const char* parameter;
   Fill fill;
 };
 
 const List lists[] = {
-    {"integrators", "integrator", filled(&Sweep::integrators, &Scene::integrator)},
-    {"samplings", "sampling", filled(&Sweep::samplings, &Scene::sampling)},
-    {"segments", "segments", filled(&Sweep::segments, &Scene::segments)},
-    {"steps", "step", filled(&Sweep::steps, &Scene::step)},
-    {"filters", "filter", filled(&Sweep::filters, &Scene::filter)},
-    {"texels", "texel", filled(&Sweep::texels, &Scene::texel)},
-    {"tolerances", "tolerance", filled(&Sweep::tolerances, &Scene::tolerance)},
-    {"resolutions", "resolution", filled(&Sweep::resolutions, &Scene::resolution)},
+    {{"integrators", "rules, or all", "all"},
+     "integrator",
+     filled(&Sweep::integrators, &Scene::integrator)},
+    {{"samplings", "of cells, uniform, template, or all", "cells,uniform"},
+     "sampling",
+     filled(&Sweep::samplings, &Scene::sampling)},
+    {{"segments", "linear segments per cell, under cells", "1,2,4"},
+     "segments",
+     filled(&Sweep::segments, &Scene::segments)},
+    {{"steps", "uniform steps [voxels]", "4,2,1,0.5,0.25"},
+     "step",
+     filled(&Sweep::steps, &Scene::step)},
+    {{"filters", "of exact, hardware, or all", "exact"},
+     "filter",
+     filled(&Sweep::filters, &Scene::filter)},
+    {{"texels", "of float32, float16, code7, code12, code16, or all", "float32"},
+     "texel",
+     filled(&Sweep::texels, &Scene::texel)},
+    {{"tolerances", "tolerances, each with the method that it chooses", ""},
+     "tolerance",
+     filled(&Sweep::tolerances, &Scene::tolerance)},
+    {{"resolutions", "of WxH [pixels], in place of --resolution", ""},
+     "resolution",
+     filled(&Sweep::resolutions, &Scene::resolution)},
 };
 
 /// The variant without what does not change a picture of the scene.
@@ -68,27 +83,23 @@ std::string refusal(const Variant& variant, const Scene& base, bool gradient) {
 }  // namespace
 
 Sweep::Sweep() {
-  for (const IntegratorInfo& row : psivox::integrators) integrators.push_back(row.id);
+  for (const List& list : lists)
+    if (!list.usual.empty()) set_sweep(*this, list.name, list.usual);
 }
 
-std::vector<std::string> sweep_lists() {
-  std::vector<std::string> names;
-  for (const List& list : lists) names.emplace_back(list.name);
-  return names;
-}
+std::vector<SweepList> sweep_lists() { return {std::begin(lists), std::end(lists)}; }
 
 std::vector<std::string> swept_parameters() {
-  std::vector<std::string> names{"renderer"};
-  for (const List& list : lists) names.emplace_back(list.parameter);
-  names.pop_back();  // without resolutions the scene's counts
+  std::vector<std::string> names = names_in(lists, &List::parameter);
+  names.back() = "renderer";  // without resolutions the scene's counts
   return names;
 }
 
 void set_sweep(Sweep& sweep, std::string_view name, std::string_view text) {
   const auto list = std::ranges::find(lists, name, &List::name);
   if (list == std::end(lists))
-    throw Error(ExitCode::usage,
-                "a study has no list " + in_quotes(name) + suggestion(name, sweep_lists()));
+    throw Error(ExitCode::usage, "a study has no list " + in_quotes(name) +
+                                     suggestion(name, names_in(lists, &List::name)));
   std::vector<std::string> names = split(find_parameter(list->parameter)->metavar, '|');
   std::erase(names, "auto");  // one of the others
   const std::vector<std::string> items = text == "all" && names.size() > 1 ? names : split(text);

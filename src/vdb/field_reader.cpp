@@ -6,8 +6,9 @@
 #include <mutex>
 #include <utility>
 
+#include "field/index_space.h"
 #include "field/leaf_values.h"
-#include "field/value_percentile.h"
+#include "field/value_range.h"
 #include "grid_rows.h"
 #include "reader.h"
 #include "survey.h"
@@ -184,7 +185,9 @@ class FieldReader final : public Reader {
       info.active_box = field->active_box;
       info.world_from_index = field->world_from_index;
       info.transform = "AffineMap";
-      set_world_box(info);
+      if (!info.active_box.empty())
+        std::tie(info.world_min, info.world_max) =
+            bounds_of(info.active_box, info.world_from_index);
       for (int axis = 0; axis < 3; ++axis)
         info.voxel_size[axis] = glm::length(glm::dvec3(field->world_from_index[axis]));
       if (values) info.values = statistics_of(*field);

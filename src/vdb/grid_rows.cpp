@@ -29,13 +29,6 @@ std::optional<ValueStatistics> Statistics::all() const {
   return ValueStatistics{least, greatest, mean, not_finite};
 }
 
-void set_world_box(GridInfo& info) {
-  if (info.active_box.empty()) return;
-  set_world_box(info, [&](const glm::dvec3& index) {
-    return glm::dvec3(info.world_from_index * glm::dvec4(index, 1));
-  });
-}
-
 GridContent content_of(std::uint64_t active_voxels, bool has_value) {
   return {active_voxels, has_value            ? ""
                          : active_voxels == 0 ? "has no active voxel"

@@ -59,39 +59,27 @@ class GuardedLeaves final : public LeafReader {
         infinite_(facts.field.survey.has_value()),
         active_tiles_(facts.active_tiles) {}
 
-  void read(std::span<const std::uint32_t> leaves, float* values) const override {
-    ask(leaves, values, false, false);
-  }
-  ValueSurvey survey(std::span<const std::uint32_t> leaves, float* values) const override {
-    return ask(leaves, values, true, false);
-  }
-  void read_active(std::span<const std::uint32_t> leaves, float* values) const override {
-    ask(leaves, values, false, true);
-  }
-  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
-
- private:
-  /// Reads leaves. Returns what is found in them if `survey`; `active`: see read_active.
-  ValueSurvey ask(std::span<const std::uint32_t> leaves, float* values, bool survey,
-                  bool active) const {
+  ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
+                   LeafRead what) const override {
     constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
     const std::lock_guard lock(mutex_);
     ValueSurvey found;
     for (; !leaves.empty(); leaves = leaves.subspan(std::min(at_once, leaves.size()))) {
       const auto some = leaves.first(std::min(at_once, leaves.size()));
       const std::span to(values, some.size() * floats_per_leaf_);
-      const LeavesRequest request{
-          .numbers = {some.begin(), some.end()}, .survey = survey, .active = active};
+      const LeavesRequest request{.numbers = {some.begin(), some.end()}, .what = what};
       const LeavesAnswer answer =
           ask_process(*process_, *file_, request, -1, {},
-                      [&](const LeavesAnswer& got) { take(got, to, active); });
+                      [&](const LeavesAnswer& got) { take(got, to, what == LeafRead::active); });
       found = found + answer.survey;
       values += to.size();
     }
     return found;
   }
+  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
 
-  /// Throws std::runtime_error if the answer is nonsense.
+ private:
+  /// Throws std::runtime_error if the answer is nonsense. `active`: values may be NaN.
   void take(const LeavesAnswer& answer, std::span<float> values, bool active) const {
     if (answer.values.size() != values.size_bytes())
       throw std::runtime_error("another number of values");

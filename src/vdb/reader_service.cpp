@@ -80,13 +80,8 @@ class ReaderService final : public guard::Service {
     LeavesAnswer answer;
     answer.values.resize(request.numbers.size() * kLeafVoxels *
                          static_cast<std::size_t>(last_.channels) * sizeof(float));
-    auto* const values = reinterpret_cast<float*>(answer.values.data());
-    if (request.survey)
-      answer.survey = last_.reader->survey(request.numbers, values);
-    else if (request.active)
-      last_.reader->read_active(request.numbers, values);
-    else
-      last_.reader->read(request.numbers, values);
+    answer.survey = last_.reader->read(
+        request.numbers, reinterpret_cast<float*>(answer.values.data()), request.what);
     return answer;
   }
 

@@ -67,8 +67,7 @@ struct LeavesRequest {
   using Answer = LeavesAnswer;
   std::string grid{};  ///< always ""
   std::vector<std::uint32_t> numbers;
-  bool survey = false;
-  bool active = false;  ///< values of inactive voxels become NaN
+  LeafRead what = LeafRead::data;
 };
 
 using Request = std::variant<DataRequest, FactsRequest, InfoRequest, ContentRequest, ReadRequest,
@@ -119,7 +118,7 @@ PSIVOX_PACK(GridFacts, name, base_name, channels, value_type, grid_class)
 PSIVOX_PACK(FileFacts, grids, metadata, z_up)
 PSIVOX_PACK(ReadRequest, grid, options, holds_last)
 PSIVOX_PACK(ValuesRequest, grid, first, count)
-PSIVOX_PACK(LeavesRequest, grid, numbers, survey, active)
+PSIVOX_PACK(LeavesRequest, grid, numbers, what)
 PSIVOX_PACK(LeavesAnswer, values, survey)
 
 inline void describe(guard::Codec& codec, FieldFacts& facts) {

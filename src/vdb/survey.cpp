@@ -7,6 +7,7 @@
 
 #include "base/text.h"
 #include "field/lane_range.h"
+#include "field/leaf_values.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -87,8 +88,7 @@ ValueSurvey LeafSurvey::extents(const glm::ivec3& origin, const float* values,
     found.in_box = found.all;
   else
     for (int n = 0; n < int(kLeafVoxels); ++n)
-      if (box_.contains(origin + glm::ivec3(n >> 6, n >> 3 & 7, n & 7)))
-        found.in_box.add(values[std::size_t(n) * stride]);
+      if (box_.contains(origin + leaf_voxel(n))) found.in_box.add(values[std::size_t(n) * stride]);
   return found;
 }
 

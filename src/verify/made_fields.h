@@ -7,6 +7,8 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <memory>
 
+#include "field/index_space.h"
+#include "field/leaf_values.h"
 #include "psivox/field.h"
 
 // Fields in memory, of any function; and some without a simple closed form, for properties that any
@@ -26,25 +28,17 @@ inline Field make_field_of(const Box& active, int channels,
   field.active_box = active;
   field.world_from_index = world_from_index;
   if (active.empty()) return field;
-  const glm::ivec3 first(active.min.x >> 3, active.min.y >> 3, active.min.z >> 3);
-  const glm::ivec3 last(active.max.x >> 3, active.max.y >> 3, active.max.z >> 3);
-  const glm::ivec3 count = last - first + 1;
+  const Box blocks{active.min >> 3, active.max >> 3};
   const auto floats_per_leaf = std::size_t(512 * channels);
-  const auto leaves = std::size_t(count.x) * std::size_t(count.y) * std::size_t(count.z);
-  auto values = std::make_shared<std::vector<float>>(leaves * floats_per_leaf);
+  auto values = std::make_shared<std::vector<float>>(count_of(blocks) * floats_per_leaf);
   float* out = values->data();
-  for (int x = first.x; x <= last.x; ++x)
-    for (int y = first.y; y <= last.y; ++y)
-      for (int z = first.z; z <= last.z; ++z)
-        field.leaves.push_back(
-            {8 * glm::ivec3(x, y, z), values->data() + field.leaves.size() * floats_per_leaf});
+  for_points(blocks, [&](const glm::ivec3& block) {
+    field.leaves.push_back({8 * block, values->data() + field.leaves.size() * floats_per_leaf});
+  });
   for (const Leaf& leaf : field.leaves) {
     for (int i = 0; i < 512; ++i, out += channels) {
-      const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
-      const bool inside = voxel.x >= active.min.x && voxel.x <= active.max.x &&
-                          voxel.y >= active.min.y && voxel.y <= active.max.y &&
-                          voxel.z >= active.min.z && voxel.z <= active.max.z;
-      if (!inside) continue;
+      const glm::ivec3 voxel = leaf.origin + leaf_voxel(i);
+      if (!active.contains(voxel)) continue;
       write(voxel, out);
       ++field.active_voxels;
     }

@@ -63,7 +63,7 @@ inline WorldRay pixel_ray(const View& view, int x, int y) {
 }
 
 inline float pixel(const Image& image, int x, int y, int channel) {
-  return image.rgba()[std::size_t((y * image.width + x) * 4 + channel)];
+  return image.rgba()[4 * image.index(x, y) + std::size_t(channel)];
 }
 
 /// Calls f(ray, rgba) for each pixel of the view's picture: the ray of its centre, and a pointer to
@@ -72,7 +72,7 @@ template <typename Function>
 void for_pixels(const View& view, const Image& image, Function f) {
   for (int y = 0; y < image.height; ++y)
     for (int x = 0; x < image.width; ++x)
-      f(pixel_ray(view, x, y), &image.rgba()[std::size_t((y * image.width + x) * 4)]);
+      f(pixel_ray(view, x, y), &image.rgba()[4 * image.index(x, y)]);
 }
 
 inline double mean_alpha(const Image& image) {

@@ -11,20 +11,12 @@ namespace {
 
 glm::ivec2 size_of(const Image& image) { return {image.width, image.height}; }
 
-Image empty_picture(const glm::ivec2& size) {
-  const auto values = 4 * std::size_t(size.x) * std::size_t(size.y);
-  return {size.x, size.y, {{"", {"R", "G", "B", "A"}, std::vector<float>(values)}}, {}};
-}
-
 /// Copies a rectangle; places are pixels from the top left.
 void copy(const Image& from, const glm::ivec2& at, Image& to, const glm::ivec2& to_at,
           const glm::ivec2& size) {
-  const auto index = [](const Image& image, int x, int y) {
-    return 4 * (std::size_t(y) * std::size_t(image.width) + std::size_t(x));
-  };
   for (int y = 0; y < size.y; ++y)
-    std::copy_n(&from.rgba()[index(from, at.x, at.y + y)], 4 * size.x,
-                &to.rgba()[index(to, to_at.x, to_at.y + y)]);
+    std::copy_n(&from.rgba()[4 * from.index(at.x, at.y + y)], 4 * size.x,
+                &to.rgba()[4 * to.index(to_at.x, to_at.y + y)]);
 }
 
 /// White: equal; red: `picture` is brighter; blue: `other` is.
@@ -49,7 +41,7 @@ void blit(GLuint from, const glm::ivec2& size, GLuint to, const glm::ivec2& to_s
 }  // namespace
 
 PictureDisplay::PictureDisplay() {
-  for (Side& side : sides_) side.preview = empty_picture({1, 1});
+  for (Side& side : sides_) side.preview = rgba_image(1, 1);
 }
 
 PictureDisplay::Screen::~Screen() {
@@ -67,7 +59,7 @@ void PictureDisplay::Screen::fit(const glm::ivec2& wanted) {
   size = wanted;
 }
 
-void PictureDisplay::Screen::put(const Part& part, std::span<const std::uint8_t> rgb) {
+void PictureDisplay::Screen::put(const PixelBox& part, std::span<const std::uint8_t> rgb) {
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   glTextureSubImage2D(texture, 0, part.origin.x, part.origin.y, part.size.x, part.size.y, GL_RGB,
                       GL_UNSIGNED_BYTE, rgb.data());
@@ -83,7 +75,7 @@ void PictureDisplay::set_preview(PreviewPicture picture) {
 void PictureDisplay::add_part(const ExactPart& part) {
   Side& side = sides_[part.side];
   if (side.number != part.number) {
-    side.exact = empty_picture(part.picture_size);
+    side.exact = rgba_image(part.picture_size.x, part.picture_size.y);
     side.number = part.number;
     side.parts.clear();
     side.encoded = 0;
@@ -98,9 +90,9 @@ std::optional<Image> PictureDisplay::exact(std::uint64_t number, std::size_t sid
 }
 
 std::vector<std::uint8_t> PictureDisplay::codes(std::size_t to, Image Side::*picture,
-                                                const Part& part) const {
+                                                const PixelBox& part) const {
   const auto piece_of = [&](const Side& side) {
-    Image piece = empty_picture(part.size);
+    Image piece = rgba_image(part.size.x, part.size.y);
     copy(side.*picture, part.origin, piece, {0, 0}, part.size);
     return piece;
   };
@@ -120,7 +112,7 @@ const PictureDisplay::Screen& PictureDisplay::encode(std::size_t to, const glm::
   const Side& last = settings_.comparison == Comparison::difference ? sides_[1] : side;
   if (stale_) {
     side.encoded = 0;
-    const Part all{{0, 0}, size_of(side.preview)};
+    const PixelBox all{{0, 0}, size_of(side.preview)};
     side.small.fit(all.size);
     side.small.put(all, codes(to, &Side::preview, all));
   }
@@ -131,7 +123,7 @@ const PictureDisplay::Screen& PictureDisplay::encode(std::size_t to, const glm::
     blit(side.small.framebuffer, side.small.size, side.refined.framebuffer, size, false);
   }
   for (; side.encoded < last.parts.size(); ++side.encoded) {
-    const Part& part = last.parts[side.encoded];
+    const PixelBox& part = last.parts[side.encoded];
     side.refined.put(part, codes(to, &Side::exact, part));
   }
   return side.refined;

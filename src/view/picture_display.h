@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "march/pixel_box.h"
 #include "view/picture_maker.h"
 
 namespace psivox::view {
@@ -41,10 +42,6 @@ class PictureDisplay {
   void draw(const glm::ivec2& size, const DisplaySettings& settings);
 
  private:
-  /// A rectangle of a picture [pixels].
-  struct Part {
-    glm::ivec2 origin{0}, size{0};
-  };
   /// A texture of sRGB codes.
   struct Screen {
     Screen() = default;
@@ -52,20 +49,20 @@ class PictureDisplay {
     Screen(const Screen&) = delete;
     Screen& operator=(const Screen&) = delete;
     void fit(const glm::ivec2& wanted);
-    void put(const Part& part, std::span<const std::uint8_t> rgb);
+    void put(const PixelBox& part, std::span<const std::uint8_t> rgb);
 
     GLuint texture = 0, framebuffer = 0;
     glm::ivec2 size{0};
   };
   struct Side {
     Image preview, exact;
-    std::uint64_t number = 0;  ///< the wish of `exact`; 0: none
-    std::vector<Part> parts;   ///< of `exact` that have come
-    std::size_t encoded = 0;   ///< how many of them `refined` has
-    Screen small, refined;     ///< the preview, and parts over the enlarged preview
+    std::uint64_t number = 0;     ///< the wish of `exact`; 0: none
+    std::vector<PixelBox> parts;  ///< of `exact` that have come
+    std::size_t encoded = 0;      ///< how many of them `refined` has
+    Screen small, refined;        ///< the preview, and parts over the enlarged preview
   };
   /// What side `to` shows of a rectangle of both sides' pictures.
-  std::vector<std::uint8_t> codes(std::size_t to, Image Side::*picture, const Part& part) const;
+  std::vector<std::uint8_t> codes(std::size_t to, Image Side::*picture, const PixelBox& part) const;
   /// Completes the textures of a side in a window of that size; returns the one to show.
   const Screen& encode(std::size_t to, const glm::ivec2& size);
 

@@ -226,14 +226,12 @@ void PictureMaker::refine(const PictureWish& wish) {
 
 void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile) {
   const glm::ivec2 size = wish.scenes[side].resolution;
-  std::vector<float> values;
-  values.reserve(std::size_t(tile.width) * std::size_t(tile.height) * 4);
-  for (int y = tile.y; y < tile.y + tile.height; ++y) {
-    const float* row =
-        tile.picture + 4 * (std::size_t(y) * std::size_t(size.x) + std::size_t(tile.x));
-    values.insert(values.end(), row, row + 4 * std::size_t(tile.width));
-  }
-  Image image{tile.width, tile.height, {{"", {"R", "G", "B", "A"}, std::move(values)}}, {}};
+  Image image = rgba_image(tile.width, tile.height);
+  float* to = image.rgba().data();
+  for (int y = tile.y; y < tile.y + tile.height; ++y)
+    to =
+        std::copy_n(tile.picture + 4 * (std::size_t(y) * std::size_t(size.x) + std::size_t(tile.x)),
+                    4 * std::size_t(tile.width), to);
   const std::lock_guard lock(mutex_);
   if (!news_.parts.empty() && news_.parts.front().number != wish.number) news_.parts.clear();
   news_.parts.push_back({wish.number, side, size, {tile.x, tile.y}, std::move(image)});

@@ -50,9 +50,7 @@ constexpr double overhead_ms = 2;
 }  // namespace
 
 void ask_for(ShownLayer layer, Wish& wish) {
-  wish.layers.steps = layer == ShownLayer::steps;
-  wish.layers.depth = layer == ShownLayer::depth;
-  wish.layers.error = layer == ShownLayer::error;
+  wish.layers = layers_of({shown_layers[std::size_t(layer)]});
   // alpha has the same depths, and back-to-front does not compute them
   if (wish.layers.depth) wish.scene->mode = from_front(wish.scene->mode);
 }

@@ -7,7 +7,7 @@
 
 #include "base/text.h"
 #include "field/leaf_values.h"
-#include "medium/value_range.h"
+#include "field/value_range.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"

@@ -1,12 +1,15 @@
 #pragma once
 
 #include <array>
+#include <condition_variable>
 #include <cstdint>
 #include <exception>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -14,7 +17,6 @@
 #include "psivox/open.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
-#include "view/worker.h"
 
 namespace psivox::view {
 
@@ -74,6 +76,55 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
 
 /// The scene with the volume's own medium: what can be drawn of it while another one is prepared.
 Scene with_medium_of(const Volume& volume, const Scene& scene);
+
+/// A stage of work, and how much of it is done; 0: not known.
+using WorkStage = std::pair<std::string, double>;
+
+/// A thread that works for the window. Its mutex guards what both know.
+class Worker {
+ public:
+  /// The work that takes longer than a picture; nullopt: there is none.
+  std::optional<WorkStage> progress() const {
+    const std::lock_guard lock(mutex_);
+    return progress_;
+  }
+
+ protected:
+  /// The thread calls `on_news`.
+  explicit Worker(std::function<void()> on_news) : on_news_(std::move(on_news)) {}
+
+  void start(std::function<void(std::stop_token)> run) { thread_ = std::jthread(std::move(run)); }
+  /// Ends the thread; `change` ends what it works on.
+  void stop(const std::function<void()>& change) {
+    thread_.request_stop();
+    post(change);
+    thread_.join();
+  }
+  /// Changes what the thread is to do, and wakes it.
+  void post(const std::function<void()>& change) {
+    {
+      const std::lock_guard lock(mutex_);
+      change();
+    }
+    changed_.notify_all();
+  }
+  /// Changes what the window is to know, and has it ask.
+  void tell(const std::function<void()>& change) {
+    {
+      const std::lock_guard lock(mutex_);
+      change();
+    }
+    on_news_();
+  }
+
+  std::function<void()> on_news_;
+  mutable std::mutex mutex_;
+  std::condition_variable_any changed_;
+  std::optional<WorkStage> progress_;
+
+ private:
+  std::jthread thread_;
+};
 
 /// The volume that the window shows, and the thread that prepares the next one. A newer wish
 /// replaces an older one. A volume that cannot be loaded leaves the old one.

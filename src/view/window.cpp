@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "colour/colour.h"
+#include "gl/gl_renderer.h"
 #include "psivox/error.h"
 
 namespace psivox::view {
@@ -27,14 +28,6 @@ constexpr int widest = 16384;  // a larger window makes X11 end the program
 
 constexpr const char* advice =
     "; psivox render draws the same picture to a file and needs no display";
-
-void GLAPIENTRY on_gl_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei,
-                              const GLchar* text, const void* user) {
-  if (severity == GL_DEBUG_SEVERITY_NOTIFICATION || type == GL_DEBUG_TYPE_PERFORMANCE ||
-      type == GL_DEBUG_TYPE_OTHER)
-    return;
-  static_cast<std::vector<std::string>*>(const_cast<void*>(user))->emplace_back(text);
-}
 
 float linear_of(unsigned char code) { return float(linear_from_srgb(code / 255.0)); }
 
@@ -68,11 +61,7 @@ Window::Window(const glm::ivec2& size, bool egl, bool debug) {
   glfwMakeContextCurrent(window_);
   glfwSwapInterval(1);
   glfwSetWindowUserPointer(window_, this);
-  if (debug) {
-    glEnable(GL_DEBUG_OUTPUT);
-    glEnable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-    glDebugMessageCallback(on_gl_message, &problems_);
-  }
+  if (debug) gl::collect_faults(problems_);
   listen();
 }
 
@@ -166,20 +155,16 @@ void Window::swap() { glfwSwapBuffers(window_); }
 
 Image Window::grab() const {
   const glm::ivec2 pixels = size();
-  Image image;
-  image.width = pixels.x;
-  image.height = pixels.y;
+  Image image = rgba_image(pixels.x, pixels.y, 1);
   const auto width = std::size_t(pixels.x), height = std::size_t(pixels.y);
   std::vector<unsigned char> codes(width * height * 4);
   glBindFramebuffer(GL_READ_FRAMEBUFFER, 0);
   glReadBuffer(GL_BACK);
   glReadPixels(0, 0, pixels.x, pixels.y, GL_RGBA, GL_UNSIGNED_BYTE, codes.data());
-  Layer layer{"", {"R", "G", "B", "A"}, std::vector<float>(codes.size(), 1.0f)};
   for (std::size_t y = 0; y < height; ++y)
     for (std::size_t x = 0; x < 4 * width; ++x)
       if (x % 4 != 3)
-        layer.values[y * 4 * width + x] = linear_of(codes[(height - 1 - y) * 4 * width + x]);
-  image.layers.push_back(std::move(layer));
+        image.rgba()[y * 4 * width + x] = linear_of(codes[(height - 1 - y) * 4 * width + x]);
   return image;
 }
 

@@ -57,8 +57,7 @@ void draw(const View& view, const std::string& output) {
   program.set("tile_origin", glm::ivec2(0));
   program.set("volume", 0);
   const GLuint texture = dense_texture(*view.medium.density);
-  Image image{size.x, size.y, {{"", {"R", "G", "B", "A"}, {}}}, {}};
-  image.layers[0].values.resize(4 * std::size_t(size.x) * std::size_t(size.y));
+  Image image = rgba_image(size.x, size.y);
   for (const bool timed : {false, true}) {
     const Stopwatch watch;
     target.bind(0);

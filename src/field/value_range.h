@@ -83,7 +83,7 @@ void each_active(const LeafReader& reader, std::span<const std::uint32_t> leaves
   std::vector<float> values(std::min(at_once, leaves.size()) * floats);
   for (std::size_t n = 0; n < leaves.size(); n += at_once) {
     const auto some = leaves.subspan(n, std::min(at_once, leaves.size() - n));
-    reader.read_active(some, values.data());
+    reader.read(some, values.data(), LeafRead::active);
     for (std::size_t i = 0; i < floats * some.size(); i += floats / 512) take(values[i], 1);
   }
   if (!tiles) return;
@@ -102,5 +102,15 @@ template <typename Each>
 double value_percentile(const Each& each, double percent) {
   return value_percentiles(each, std::span(&percent, 1)).front();
 }
+
+/// Least and greatest value of a scalar field, including the 0 where nothing is stored.
+glm::dvec2 stored_range(const Field& field);
+
+/// The smallest active value that at least `percent` of the active values do not exceed, as found
+/// by reading; for other fields, of the active box's voxels.
+double active_percentile(const Field& field, double percent);
+
+/// Least and greatest active value, as found by reading; for other fields, those of the active box.
+glm::dvec2 active_range(const Field& field);
 
 }  // namespace psivox

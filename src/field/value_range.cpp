@@ -1,4 +1,4 @@
-#include "medium/value_range.h"
+#include "field/value_range.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
@@ -8,7 +8,6 @@
 
 #include "field/lane_range.h"
 #include "field/leaf_values.h"
-#include "field/value_percentile.h"
 
 namespace psivox {
 namespace {
@@ -24,7 +23,7 @@ void for_active(const Field& field, const Take& take) {
   for (const Leaf& leaf : field.leaves) {
     const LeafValues values = values_of(field, leaf);
     for (int i = 0; i < 512; ++i) {
-      const glm::ivec3 voxel(i >> 6, (i >> 3) & 7, i & 7);
+      const glm::ivec3 voxel = leaf_voxel(i);
       if (field.active_box.contains(leaf.origin + voxel)) take(*values.at(voxel));
     }
   }
