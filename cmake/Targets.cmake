@@ -9,6 +9,8 @@ target_compile_options(psivox_flags INTERFACE
   -Wall -Wextra -Wpedantic -Wconversion -Wshadow
   # gcc 12 reports overlaps in std::string's operator+ that do not exist (bug 105651)
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>
+  # gcc collects its garbage from 1 GiB on, in place of 128 MiB: a tenth of the time to compile
+  $<$<CXX_COMPILER_ID:GNU>:--param=ggc-min-heapsize=1048576>
   # a study measures rounding: no contraction into fused multiply-adds, and no -ffast-math
   -ffp-contract=off)
 target_compile_definitions(psivox_flags INTERFACE

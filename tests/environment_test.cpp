@@ -49,10 +49,10 @@ std::string map_file(const std::string& name, const glm::ivec2& size, const Radi
   return path.string();
 }
 
-/// The blobs at half their size.
+/// The blobs at a third of their size.
 Field small_blobs() {
-  return make_field({{0, 0, 0}, {19, 17, 15}},
-                    [](glm::ivec3 v) { return blobs_at(2.0 * glm::dvec3(v)); });
+  return make_field({{0, 0, 0}, {13, 11, 10}},
+                    [](glm::ivec3 v) { return blobs_at(3.0 * glm::dvec3(v)); });
 }
 
 Scene environment_scene() {

@@ -166,7 +166,7 @@ TEST_F(MarchFiles, BalancedIsNotWorseThanMidpoint) {
     const glm::dvec3 middle = 0.5 * (low + high);
     for (const glm::dvec3& from : {glm::dvec3(0, 0, 1), {1, 0.62, 0.81}, {0.9, -0.45, -0.13}}) {
       const bool axis = from.x == 0;
-      Scene scene = framed(128);
+      Scene scene = framed(64);
       scene.extinction = c.extinction;
       scene.early_termination = 0;
       scene.camera_target = middle;

@@ -108,19 +108,20 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
   }
 }
 
+// psivox::usage: CLI::App has a `usage` of its own since 2.4.
 void CommandLine::check_remaining() const {
   for (const std::string& argument : remaining()) {
     if (argument == "--") continue;
-    if (!argument.starts_with("-")) usage("unexpected argument " + in_quotes(argument));
+    if (!argument.starts_with("-")) psivox::usage("unexpected argument " + in_quotes(argument));
     const std::string name = argument.substr(0, argument.find('='));
     std::vector<std::string> known;
     for (const CLI::Option* option : get_options())
       if (option->nonpositional() && option->get_group() != hidden_group && name.starts_with("--"))
         known.push_back("--" + option->get_lnames().front());
     const std::string meant = option_of_concept(name);
-    usage("unknown option " + name +
-          (std::ranges::count(known, meant) ? "; " + meant + " does that here"
-                                            : suggestion(name, known)));
+    psivox::usage("unknown option " + name +
+                  (std::ranges::count(known, meant) ? "; " + meant + " does that here"
+                                                    : suggestion(name, known)));
   }
 }
 
@@ -174,9 +175,9 @@ bool CommandLine::read(std::span<const std::string> arguments) {
     print_help(true);
     return false;
   } catch (const CLI::ArgumentMismatch&) {  // thrown if an option at the end has no value
-    usage(arguments.back() + " needs a value");
+    psivox::usage(arguments.back() + " needs a value");
   } catch (const CLI::ParseError& error) {
-    usage(error.what());
+    psivox::usage(error.what());
   }
   check_remaining();
   return true;
