@@ -39,6 +39,19 @@ std::optional<std::string> decided(std::string_view text) {
   return result;
 }
 
+/// Whether every bracket is closed by one of its kind.
+bool closes_brackets(std::string_view text) {
+  std::string open;
+  for (const Token& token : tokens_of(text)) {
+    const char c = token.text[0];
+    if (c == '(' || c == '[' || c == '{') open += c == '(' ? ')' : c == '[' ? ']' : '}';
+    if (c != ')' && c != ']' && c != '}') continue;
+    if (open.empty() || open.back() != c) return false;
+    open.pop_back();
+  }
+  return open.empty();
+}
+
 /// A function's definition.
 struct Function {
   std::string_view name;
@@ -224,7 +237,7 @@ class Reducer {
 
 ShaderSource reduced(const ShaderSource& source) {
   std::optional<std::string> text = decided(source.text);
-  if (!text) return source;
+  if (!text || !closes_brackets(*text)) return source;  // the driver finds the fault
   *text = Reducer(std::move(*text)).run();
   std::string_view rest = *text;
   ShaderSource result;
