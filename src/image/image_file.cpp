@@ -108,8 +108,8 @@ std::string what_is_lost(const Image& image, const fs::path& path, Format format
 
 const image_io::PictureFiles* load_module(ExitCode if_missing) {
   std::string problem;
-  const auto get = reinterpret_cast<image_io::GetPictureFiles>(load_symbol(
-      PSIVOX_OIIO_MODULE, image_io::picture_files_symbol, ModuleScope::program_first, problem));
+  const auto get = reinterpret_cast<image_io::GetPictureFiles>(
+      load_symbol(PSIVOX_OIIO_MODULE, image_io::picture_files_symbol, /*shared=*/false, problem));
   if (get) return get();
   throw Error(if_missing, image_io::one_line(
                               "cannot load the module that reads and writes pictures: " + problem));

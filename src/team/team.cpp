@@ -75,7 +75,7 @@ std::shared_ptr<Team> load_team(const Launch& launch) {
   for (const std::string& name : launch.modules) {
     std::string problem;
     const auto open = reinterpret_cast<OpenTeam>(
-        load_symbol(team_module(name), open_team_symbol, ModuleScope::shared, problem));
+        load_symbol(team_module(name), open_team_symbol, /*shared=*/true, problem));
     if (open) return std::shared_ptr<Team>(open());
     problems += (problems.empty() ? "" : "; ") + problem;
   }

@@ -38,7 +38,7 @@ struct LoadedModule {
 LoadedModule load_module() {
   LoadedModule module;
   const auto get = reinterpret_cast<GetGridFiles>(
-      load_symbol(PSIVOX_GRIDS_MODULE, grid_files_symbol, ModuleScope::own_first, module.problem));
+      load_symbol(PSIVOX_GRIDS_MODULE, grid_files_symbol, /*shared=*/false, module.problem));
   if (get) module.files = get();
   return module;
 }
