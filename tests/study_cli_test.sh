@@ -35,6 +35,10 @@ grep -oE ' (src|href)="[^"]{0,9}|url\(' whole/index.html | grep -vE '"data:|href
 run 2 "--resume" "${sweep[@]}" -o whole
 run 2 "another --extinction" "${sweep[@]}" -o whole --resume --extinction 1
 run 2 "porter-duff step 0.5" "${sweep[@]}" -o whole --resume --steps 1
+exec 9<whole
+flock 9
+run 5 "another process writes" "${sweep[@]}" -o whole --resume
+exec 9<&-
 before=$(md5sum whole/results.csv)
 loud=("${sweep[@]/#-q/--resume}")
 "$program" study "${loud[@]}" -o whole 2>/dev/null | tr -d '\`' | grep -qxF "$sentence" ||

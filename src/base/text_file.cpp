@@ -121,6 +121,18 @@ bool locked(int file) {
 
 }  // namespace
 
+WrittenFolder::WrittenFolder(const fs::path& folder)
+    : lock_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
+  ::close(lock_);
+  throw Error(ExitCode::output, "another process writes into " + in_quotes(folder.string()) +
+                                    "; give it a folder of its own");
+}
+
+WrittenFolder::~WrittenFolder() {
+  if (lock_ >= 0) ::close(lock_);
+}
+
 HiddenFile::HiddenFile(const fs::path& target) : target_(followed(target)) {
   const std::lock_guard guard(hidden().mutex);
   // The process id keeps two processes apart and the counter two threads; O_EXCL decides where a

@@ -39,6 +39,19 @@ class HiddenFile {
   int lock_ = -1;  ///< a descriptor that holds the lock
 };
 
+/// A folder that one process writes at a time, where the file system has locks.
+class WrittenFolder {
+ public:
+  /// Throws Error(output) if another WrittenFolder has it, of this process or another one.
+  explicit WrittenFolder(const std::filesystem::path& folder);
+  ~WrittenFolder();
+  WrittenFolder(const WrittenFolder&) = delete;
+  WrittenFolder& operator=(const WrittenFolder&) = delete;
+
+ private:
+  int lock_;  ///< a descriptor that holds the lock, or -1
+};
+
 /// Removes all hidden files of this process and blocks every further one: for a process that is
 /// about to end. It must not be called by a signal handler.
 void remove_hidden_files();

@@ -324,6 +324,7 @@ std::string run_study(View view, const StudyOptions& options) {
   if (view.scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march; a study has nothing to compare");
   check_study_folder(options.folder, options.resume);
+  const WrittenFolder folder(options.folder);
   check_foreign(options, view.scene);
   StudyRun run(std::move(view), options);
   try {
