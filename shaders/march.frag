@@ -1,6 +1,6 @@
 #include "marcher.glsl"
 
-// Row 0 of the framebuffer is the picture's top row of the tile.
+// The picture's pixel that the tile's first one is.
 uniform ivec2 tile_origin;
 
 #include "passes.glsl"

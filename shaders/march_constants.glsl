@@ -4,7 +4,7 @@ CONSTANT(int, mode)               // Mode
 CONSTANT(int, shows)              // Shows, what the mode shows of a ray
 CONSTANT(bool, from_back)         // rays are marched back to front
 CONSTANT(int, luminance_source)   // LuminanceSource
-CONSTANT(bool, octants)           // entries of the density's bricks tell which of their octants hide; rays pass those over
+CONSTANT(bool, octants)           // rays pass over octants of bricks that their entries say are hidden
 CONSTANT(bool, coded)             // the density's bricks are codes
 CONSTANT(int, one_width)          // CodeWidth of all of them; -1: not the same
 CONSTANT(int, code_unit)          // words of a channel that their payloads count

@@ -1,7 +1,7 @@
 // The values on a plane, for pages; src/march/slice.cpp draws every other picture of them.
 #include "marcher.glsl"
 
-// Row 0 of the framebuffer is the picture's top row of the tile.
+// The picture's pixel that the tile's first one is.
 uniform ivec2 tile_origin;
 
 vec3 shown(float value) {

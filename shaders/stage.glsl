@@ -1,6 +1,6 @@
-// Where a program draws what its `draw` makes of a pixel, row 0 first: as a fragment shader into a
-// framebuffer; or as a compute shader into images, of which a data centre's GPU runs many times as many
-// at once. It begins with this file and ends with main.glsl.
+// Where a program draws: as a fragment shader into a framebuffer, or as a compute shader into images.
+// Some GPUs of data centres run fragment shaders on few of their units. A program begins with this file;
+// its function draw(ivec2 at) makes the pixel `at`, row 0 is the upper one; it ends with main.glsl.
 vec4 out_picture = vec4(0.0);
 vec4 out_layers = vec4(0.0);
 

@@ -18,7 +18,8 @@ real minus_log_1m(real v) { return -log1p(-v); }
 //
 // e^{-x} = 2^n (1 + q) with -x = n ln 2 + r, |r| <= ln(2)/2, q = e^r - 1 by its Taylor series,
 // whose first term left out is r^8/8! = 5e-9. With s = 2^n: 1 - e^{-x} = (1 - s) - s q, exact
-// subtraction; n = 0 below x = 0.35, where it is -q itself. `precise`: NVIDIA's compiler makes 1 - e of it.
+// subtraction; n = 0 below x = 0.35, where it is -q itself. `precise`: else
+// NVIDIA's compiler computes 1 - e.
 Decay decay(real x) {
   real y = min(x, real(87.0));  // e^{-87} = 1.6e-38, the smallest normal number
   real n = floor(real(0.5) - y * real(1.44269504));

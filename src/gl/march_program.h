@@ -50,7 +50,7 @@ ShaderSource march_source(const ProgramKey& key, const std::string& shader,
 /// Loop turns that one pass may take.
 int turns_per_pass(const MarchSetup& setup);
 
-/// Limits that tests lower below the driver's, so that small volumes reach them. 0: the driver's.
+/// What tests set in place of the driver's: limits that small volumes reach. 0: the driver's.
 struct TestLimits {
   std::optional<bool> computes{};   ///< compute or fragment shaders; unset: as suits the driver
   int turns_per_pass = 0;           ///< loop turns that a ray may take in one draw

@@ -58,7 +58,8 @@ void EachPixel::run(const Program& program, int width, int height) const {
     const glm::ivec2 size(width, height), groups = (size + group - 1) / group;
     program.set("drawn_size", size);
     glDispatchCompute(GLuint(groups.x), GLuint(groups.y), 1);
-    glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT);
+    glMemoryBarrier(GL_FRAMEBUFFER_BARRIER_BIT | GL_TEXTURE_FETCH_BARRIER_BIT |
+                    GL_SHADER_IMAGE_ACCESS_BARRIER_BIT);
     return;
   }
   glBindVertexArray(vertex_array_);
