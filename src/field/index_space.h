@@ -16,7 +16,7 @@
 
 namespace psivox {
 
-/// A box that holds every voxel, or every brick. Coordinates of an int go beyond it.
+/// A box that holds every voxel, and every brick: a grid that reaches 2^30 is refused.
 inline constexpr int far_away = 1 << 30;
 inline constexpr Box everywhere{glm::ivec3(-far_away), glm::ivec3(far_away)};
 
