@@ -240,6 +240,9 @@ void define_pictures(py::module_& m) {
              return all_with_keywords(
                  run([&] { return write(picture, path, {.half = half, .bits = bits}); }));
            });
+}
+
+void define_drawings(py::module_& m) {
   py::class_<Drawing>(m, "Drawing")
       .def(py::init([](const std::shared_ptr<VdbFile>& file, const SceneWords& words) {
         return run([&] { return std::make_unique<Drawing>(file, words); });
@@ -255,6 +258,33 @@ void define_pictures(py::module_& m) {
                  [&] { return std::make_unique<Picture>(drawing.draw(words, wanted, progress)); });
            })
       .def("close", [](Drawing& drawing) { run([&] { drawing.close(); }); });
+}
+
+void define_drivers(py::module_& m) {
+  m.def("verify", [](const std::string& filter, int device) {
+    const VerifyReport report = run([&] {
+      Scene scene;
+      set_parameter(scene, "filter", filter);
+      return verify({.filter = scene.filter,
+                     .device = device,
+                     .progress = [check = SignalCheck()](const VerifyCase&) mutable { check(); }});
+    });
+    py::list rows;
+    for (const VerifyCase& c : report.cases)
+      rows.append(py::dict(py::arg("name") = c.name, py::arg("error") = c.error,
+                           py::arg("bound") = c.bound, py::arg("reason") = c.reason,
+                           py::arg("passed") = c.passed()));
+    return rows;
+  });
+  m.def("devices", [] {
+    const std::vector<DeviceInfo> found = run([] { return list_devices(); });
+    py::list rows;
+    for (const DeviceInfo& d : found)
+      rows.append(py::dict(py::arg("index") = d.index, py::arg("renderer") = d.renderer,
+                           py::arg("version") = d.version, py::arg("problem") = d.problem,
+                           py::arg("software") = d.software));
+    return rows;
+  });
 }
 
 void define_studies(py::module_& m) {
@@ -283,30 +313,6 @@ void define_studies(py::module_& m) {
       return run_study(study_view(*file, words), options);
     });
   });
-  m.def("verify", [](const std::string& filter, int device) {
-    const VerifyReport report = run([&] {
-      Scene scene;
-      set_parameter(scene, "filter", filter);
-      return verify({.filter = scene.filter,
-                     .device = device,
-                     .progress = [check = SignalCheck()](const VerifyCase&) mutable { check(); }});
-    });
-    py::list rows;
-    for (const VerifyCase& c : report.cases)
-      rows.append(py::dict(py::arg("name") = c.name, py::arg("error") = c.error,
-                           py::arg("bound") = c.bound, py::arg("reason") = c.reason,
-                           py::arg("passed") = c.passed()));
-    return rows;
-  });
-  m.def("devices", [] {
-    const std::vector<DeviceInfo> found = run([] { return list_devices(); });
-    py::list rows;
-    for (const DeviceInfo& d : found)
-      rows.append(py::dict(py::arg("index") = d.index, py::arg("renderer") = d.renderer,
-                           py::arg("version") = d.version, py::arg("problem") = d.problem,
-                           py::arg("software") = d.software));
-    return rows;
-  });
   m.def("write_text", [](const std::string& path, const std::string& text) {
     run([&] { write_text(path, text); });
   });
@@ -327,6 +333,8 @@ PYBIND11_MODULE(_core, m) {
   define_errors(m);
   define_grids(m);
   define_pictures(m);
+  define_drawings(m);
+  define_drivers(m);
   define_studies(m);
   m.attr("version") = PSIVOX_VERSION;
   m.attr("layer_names") = layer_names();
