@@ -13,7 +13,7 @@ install(TARGETS psivox EXPORT psivoxTargets
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
     COMPONENT ${library_component} NAMELINK_COMPONENT dev
   INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
-install(TARGETS psivox_grids psivox_oiio
+install(TARGETS psivox_trees psivox_oiio
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT ${library_component})
 foreach(mpi IN LISTS PSIVOX_MPIS)
   install(TARGETS psivox_${mpi}

@@ -591,7 +591,7 @@ mkdir -p alone/psivox
 library=$(ldd "$program" | awk '/libpsivox/ { print $3 }')
 cp -L "$library" alone/libpsivox.so.0
 LD_LIBRARY_PATH=alone t 3 "cannot load the module that reads grids" info "$S"
-cp -L "${library%/*}/psivox/libpsivox_grids.so" alone/psivox
+cp -L "${library%/*}/psivox/libpsivox_trees.so" alone/psivox
 missing="psivox: cannot load the module that reads and writes pictures: alone/psivox/libpsivox_oiio.so"
 for picture in alone.exr alone.png; do
   LD_LIBRARY_PATH=alone t 0 - render "$S" -o $picture $R

@@ -6,7 +6,6 @@
 #include <limits>
 #include <numbers>
 
-#include "grids/grid_types.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"

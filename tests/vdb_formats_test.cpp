@@ -7,7 +7,6 @@
 #include <memory>
 #include <optional>
 
-#include "grids/grid_types.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "grids/grid_types.h"
 #include "psivox/vdb.h"
 #include "scratch.h"
 #include "vdb_test_util.h"
@@ -57,8 +56,7 @@ ValueT value_at(const openvdb::Coord& p) {
 /// values, each of which the format stores in another way.
 template <typename GridT>
 openvdb::GridBase::Ptr ball(const std::string& name, int radius, bool half = false) {
-  openvdb::initialize();
-  const auto grid = vdb::new_grid<GridT>();
+  const auto grid = new_grid<GridT>();
   using ValueT = typename GridT::ValueType;
   auto to = grid->getAccessor();
   const auto inside = [&](const openvdb::Coord& p) {

@@ -15,7 +15,6 @@
 
 #include "field/leaf_values.h"
 #include "field/value_range.h"
-#include "grids/grid_types.h"
 #include "psivox/medium.h"
 #include "psivox/vdb.h"
 #include "scratch.h"
@@ -140,7 +139,7 @@ TEST(VdbReading, TopologyAloneGivesAllButValues) {
 }
 
 TEST(VdbReading, AFieldThatIsHeldSharesItsValuesWithTheNextIfNoneChanges) {
-  const auto grid = vdb::new_grid<openvdb::FloatGrid>();
+  const auto grid = new_grid<openvdb::FloatGrid>();
   grid->setName("positive");
   grid->tree().setValue(Coord(1, 2, 3), 4.0f);
   const auto signed_grid = grid->deepCopy();
@@ -204,7 +203,7 @@ TEST(VdbReading, ABlockOfImpossibleLengthIsAnError) {
   const auto change = [](std::size_t offset, auto value) {
     return [=](char* block) { std::memcpy(block + offset, &value, sizeof value); };
   };
-  const auto grid = vdb::new_grid<openvdb::FloatGrid>();
+  const auto grid = new_grid<openvdb::FloatGrid>();
   grid->setName("density");
   for (const Coord& p : openvdb::CoordBBox(Coord(0), Coord(6)))
     grid->tree().setValue(p, test::value_at<float>(p));

@@ -16,7 +16,6 @@
 #include <vector>
 
 #include "field_voxels.h"
-#include "grids/grid_types.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "scratch.h"
@@ -39,11 +38,17 @@ inline std::filesystem::path data_dir() {
 
 inline std::filesystem::path assets_dir() { return PSIVOX_ASSETS; }
 
-/// An empty grid of background 0.
+/// An empty grid of background 0. OpenVDB's library makes it, because GridT::create() would compile
+/// the type's reading, writing and copying once more, which takes 10 s.
+template <typename GridT = openvdb::FloatGrid>
+typename GridT::Ptr new_grid() {
+  openvdb::initialize();
+  return openvdb::gridPtrCast<GridT>(openvdb::GridBase::createGrid(GridT::gridType()));
+}
+
 template <typename GridT = openvdb::FloatGrid>
 typename GridT::Ptr named(const std::string& name) {
-  openvdb::initialize();
-  auto grid = vdb::new_grid<GridT>();
+  auto grid = new_grid<GridT>();
   grid->setName(name);
   return grid;
 }

@@ -9,7 +9,7 @@ packages=(
   g++ cmake ninja-build ccache pkg-config
   # libraries: OpenVDB, images, maths, threads, GL without a window, the viewer's window
   # (libopenvdb-dev does not depend on the Boost headers that its own headers include)
-  libopenvdb-dev libnanovdb-dev libboost-dev libimath-dev libtbb-dev
+  libopenvdb-dev libnanovdb-dev libboost-dev libblosc-dev libimath-dev libtbb-dev
   # (OpenImageIO's CMake package does not load without the programs of openimageio-tools)
   libopenimageio-dev openimageio-tools libopenexr-dev libpng-dev zlib1g-dev
   libglm-dev

@@ -23,6 +23,8 @@ namespace {
 
 int server = -1;  ///< a socket to it; -1: it was not started
 
+constexpr char start_request = 'r', prepare_request = 'p';
+
 /// The descriptor of a server that was started as a program.
 constexpr int requests_of_program = 3;
 
@@ -49,7 +51,7 @@ void ignore_signals() {
 
 class ForkServer {
  public:
-  ForkServer(int requests, OpenService open) : requests_(requests), open_(open) {
+  ForkServer(int requests, const Trade& trade) : requests_(requests), trade_(trade) {
     sigset_t children;
     sigemptyset(&children);
     sigaddset(&children, SIGCHLD);
@@ -84,12 +86,13 @@ class ForkServer {
     Descriptor connection, life;
     const std::int64_t got = receive_with(requests_, &byte, 1, &connection, &life);
     if (got == 0) return false;
+    if (got == 1 && byte == prepare_request) trade_.prepare();
     if (got < 0 || !life) return true;
     const pid_t process = fork();
     if (process == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
       keep_only(connection.get());
-      serve(3, open_);
+      serve(3, trade_.open);
     }
     if (process < 0) return true;  // both ends close, which tells the program
     send_with(life.get(), {reinterpret_cast<const char*>(&process), sizeof process});
@@ -113,7 +116,7 @@ class ForkServer {
   }
 
   int requests_;
-  OpenService open_;
+  Trade trade_;
   Descriptor ends_;
   std::vector<RunningProcess> running_;
 };
@@ -123,22 +126,28 @@ class ForkServer {
     prctl(PR_SET_NAME, "psivox-readers");
     keep_only(requests);
     ignore_signals();
-    trade.prepare();
-    ForkServer(3, trade.open).run();
+    ForkServer(3, trade).run();
   } catch (const std::exception&) {  // the program notices the end
   }
   _exit(0);
+}
+
+template <typename... Descriptors>
+void ask_server(char request, Descriptors... descriptors) {
+  if (!send_with(server, {&request, 1}, descriptors...))
+    throw Error(ExitCode::failure, "the process that starts readers of files has ended");
 }
 
 }  // namespace
 
 bool has_server() { return server >= 0; }
 
+void prepare_server() { ask_server(prepare_request); }
+
 ProcessEnds start_process() {
   auto [connection, its_connection] = socket_pair(SOCK_STREAM);
   auto [life, its_life] = socket_pair(SOCK_STREAM);
-  if (!send_with(server, "r", its_connection.get(), its_life.get()))
-    throw Error(ExitCode::failure, "the process that starts readers of files has ended");
+  ask_server(start_request, its_connection.get(), its_life.get());
   return {std::move(connection), std::move(life)};
 }
 

@@ -106,7 +106,7 @@ using OpenService = std::unique_ptr<Service> (*)(std::string path, Descriptor fi
 
 /// What the processes do that a server forks.
 struct Trade {
-  void (*prepare)();  ///< once for all of them, in the server
+  void (*prepare)();  ///< in the server, for all that it forks later; see prepare_server
   OpenService open;
 };
 
@@ -119,6 +119,10 @@ void start_server(const std::filesystem::path& program);
 [[noreturn]] void serve_as_program(const Trade& trade);
 
 bool has_server();
+
+/// Lets the server call Trade::prepare, for which processes that start later wait. Throws
+/// Error(failure).
+void prepare_server();
 
 /// The ends of a new process that belong to this one.
 struct ProcessEnds {

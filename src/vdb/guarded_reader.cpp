@@ -3,10 +3,12 @@
 #include <cmath>
 #include <cstring>
 #include <mutex>
+#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include "base/memory.h"
+#include "grid_head.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -24,15 +26,18 @@ Error nonsense(const FileBlocks& file, const std::string& what) {
                file.path() + ": is damaged: its reader answered nonsense: " + what);
 }
 
-/// The answer of a process, after check(answer). Throws Error(input), also if it is nonsense.
+/// The answer of a process, after check(answer); none if the process lacks the module `trees`.
+/// Throws Error(input), also if the answer is nonsense.
 template <typename R, typename Check>
-typename R::Answer ask_process(guard::Process& process, const FileBlocks& file, const R& request,
-                               int descriptor, const Progress& progress, const Check& check) {
+std::optional<typename R::Answer> ask_process(guard::Process& process, const FileBlocks& file,
+                                              const R& request, int descriptor,
+                                              const Progress& progress, const Check& check) {
   guard::Packer pack;
   pack(Request(request));
   try {
     const std::string bytes =
         process.ask(pack.text(), descriptor, subject(file.path(), request.grid), progress);
+    if (bytes.empty()) return {};
     typename R::Answer answer;
     guard::Unpacker unpack(bytes);
     unpack(answer);
@@ -68,10 +73,11 @@ class GuardedLeaves final : public LeafReader {
       const auto some = leaves.first(std::min(at_once, leaves.size()));
       const std::span to(values, some.size() * floats_per_leaf_);
       const LeavesRequest request{.numbers = {some.begin(), some.end()}, .what = what};
-      const LeavesAnswer answer =
+      const std::optional<LeavesAnswer> answer =
           ask_process(*process_, *file_, request, -1, {},
                       [&](const LeavesAnswer& got) { take(got, to, what == LeafRead::active); });
-      found = found + answer.survey;
+      if (!answer) throw nonsense(*file_, "nothing");
+      found = found + answer->survey;
       values += to.size();
     }
     return found;
@@ -111,7 +117,11 @@ class GuardedReader final : public Reader {
 
   FileFacts facts() override {
     const std::lock_guard lock(mutex_);
-    return facts_ = ask(FactsRequest());
+    facts_ = ask(FactsRequest());
+    // so that OpenVDB is there when the grid is read
+    if (std::ranges::count(facts_.grids, level_set_class, &GridFacts::grid_class) > 0)
+      guard::prepare_server();
+    return facts_;
   }
 
   std::vector<GridInfo> info(const std::string& grid, bool values) override {
@@ -191,11 +201,17 @@ class GuardedReader final : public Reader {
   /// The answer to a request, after check(answer). What is thrown ends the process.
   template <typename R, typename Check = decltype(no_check)>
   typename R::Answer ask(const R& request, int descriptor = -1, const Check& check = no_check) {
-    auto process = process_ ? std::move(process_) : started();
-    typename R::Answer answer =
-        ask_process(*process, *file_, request, descriptor, progress_, check);
-    process_ = std::move(process);
-    return answer;
+    for (bool prepared = false;; prepared = true) {
+      auto process = process_ ? std::move(process_) : started();
+      std::optional<typename R::Answer> answer =
+          ask_process(*process, *file_, request, descriptor, progress_, check);
+      if (answer) {
+        process_ = std::move(process);
+        return std::move(*answer);
+      }
+      if (prepared) throw nonsense(*file_, "nothing");
+      guard::prepare_server();
+    }
   }
 
   GridInfo row(const std::string& grid, bool values) {

@@ -1,6 +1,5 @@
 #include <utility>
 
-#include "base/loaded_module.h"
 #include "reader.h"
 #include "scan/scan.h"
 
@@ -30,33 +29,13 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
   return field_reader(std::move(source));
 }
 
-struct LoadedModule {
-  const GridFiles* files = nullptr;
-  std::string problem;
-};
-
-LoadedModule load_module() {
-  LoadedModule module;
-  const auto get = reinterpret_cast<GetGridFiles>(
-      load_symbol(PSIVOX_GRIDS_MODULE, grid_files_symbol, /*shared=*/false, module.problem));
-  if (get) module.files = get();
-  return module;
-}
-
 }  // namespace
-
-const GridFiles& grid_files() {
-  // tried once: a guarded process could not open the module's file
-  static const LoadedModule module = load_module();
-  if (module.files) return *module.files;
-  throw Error(ExitCode::failure, "cannot load the module that reads grids: " + module.problem);
-}
 
 std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
                                     std::shared_ptr<FileBlocks> data, Progress progress) {
   if (std::unique_ptr<scan::Scan> scan = scan::open_scan(file, std::move(data)))
     return scan_reader(std::move(scan), file->path(), std::move(progress));
-  return grid_files().open(std::move(file), std::move(progress));
+  return open_in_place(std::move(file), std::move(progress));
 }
 
 }  // namespace psivox::vdb

@@ -67,20 +67,8 @@ auto or_input_error(const Work& work, const Text& text) {
   }
 }
 
-/// Files of grids, read by OpenVDB and NanoVDB. They are the module `grids`: to load OpenVDB takes
-/// as long as to read a small file, and the process that reads does it beside the program's start.
-struct GridFiles {
-  /// Reads in this process.
-  std::unique_ptr<Reader> (*open)(std::shared_ptr<FileBlocks> file, Progress progress);
-  const char* (*version)();  ///< of OpenVDB
-};
-
-/// The module's one symbol.
-inline constexpr const char* grid_files_symbol = "psivox_grid_files";
-using GetGridFiles = const GridFiles* (*)();
-
-/// The module, which is loaded now if it was not before. Throws Error(failure).
-const GridFiles& grid_files();
+/// The reader of a .vdb or .nvdb in this process.
+std::unique_ptr<Reader> open_in_place(std::shared_ptr<FileBlocks> file, Progress progress);
 
 /// The reader of a file's format, by the file's first bytes, in this process. `data`: the file of
 /// values that the file says lie beside it (scan::data_path), or null.

@@ -13,6 +13,7 @@
 #include "reader.h"
 #include "reading_messages.h"
 #include "survey.h"
+#include "trees.h"
 
 namespace psivox {
 namespace vdb {
@@ -23,14 +24,21 @@ class ReaderService final : public guard::Service {
  public:
   ReaderService(std::string path, guard::Descriptor file, Progress progress)
       : file_(std::make_shared<FileBlocks>(std::move(path), file.release())),
-        progress_(std::move(progress)) {}
+        progress_(std::move(progress)) {
+    load_no_trees();
+  }
 
+  /// Empty if the process lacks the module `trees`.
   std::string answer(std::string_view bytes, int descriptor) override {
     Request request;
     guard::Unpacker unpack(bytes);
     unpack(request);
     guard::Packer pack;
-    std::visit([&](const auto& known) { pack(answer_to(known, descriptor)); }, request);
+    try {
+      std::visit([&](const auto& known) { pack(answer_to(known, descriptor)); }, request);
+    } catch (const TreesNeeded&) {
+      return {};
+    }
     return pack.text();
   }
 
@@ -101,14 +109,14 @@ class ReaderService final : public guard::Service {
 };
 
 /// Loads the module for all readers. If that fails, each of them says why.
-void load_grid_files() {
+void load_trees() {
   try {
-    grid_files();
+    trees();
   } catch (const Error&) {
   }
 }
 
-constexpr guard::Trade reading{load_grid_files,
+constexpr guard::Trade reading{load_trees,
                                [](std::string path, guard::Descriptor file,
                                   Progress progress) -> std::unique_ptr<guard::Service> {
                                  return std::make_unique<ReaderService>(

@@ -13,6 +13,7 @@
 #include "psivox/vdb.h"
 #include "reader.h"
 #include "scan/scan.h"
+#include "trees.h"
 
 namespace psivox {
 
@@ -218,6 +219,6 @@ Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
   return field;
 }
 
-std::string openvdb_version() { return vdb::grid_files().version(); }
+std::string openvdb_version() { return vdb::trees().version(); }
 
 }  // namespace psivox

@@ -93,10 +93,10 @@ class ArchiveGrid final : public FileGrid {
  public:
   ArchiveGrid(Archive& archive, const GridEntry& entry, std::shared_ptr<FileBlocks> file,
               bool marked)
-      : FileGrid(archive, entry, marked || is_mask(entry.descriptor.gridType())),
+      : FileGrid(archive, entry, marked || is_mask(entry.type)),
         archive_(&archive),
         file_(std::move(file)),
-        points_(is_points(entry.descriptor.gridType())) {
+        points_(is_points(entry.type)) {
     archive.guarded(entry, [&] {
       if (archive.is_old()) {
         file_ = archive.rewritten(entry);
@@ -105,9 +105,10 @@ class ArchiveGrid final : public FileGrid {
       }
       TreeHead tree = archive_->begin_tree(rewritten_ ? archive_->entries().front() : entry);
       delayed_load_ = std::move(tree.delayed_load);
+      coding_ = tree.coding;
       end_ = tree.end;
       tree_at_ = archive_->stream().tellg();
-      begin(std::move(tree.grid), points_);
+      begin(std::move(tree.head), points_);
     });
   }
 
@@ -125,11 +126,11 @@ class ArchiveGrid final : public FileGrid {
   }
 
  private:
-  LeafDecoder decoder() const { return {file_, head_, archive_->stream(), fill_}; }
+  LeafDecoder decoder() const { return {file_, head_, coding_, fill_}; }
 
   Topology read_topology(const TopologyWish& wish) override {
     archive_->stream().seekg(tree_at_);
-    Topology topology = vdb::read_topology(*head_, archive_->stream(), wish);
+    Topology topology = vdb::read_topology(head_, archive_->stream(), coding_, wish);
     leaves_at_ = archive_->stream().tellg();
     return topology;
   }
@@ -196,6 +197,7 @@ class ArchiveGrid final : public FileGrid {
   Archive* archive_;
   std::shared_ptr<FileBlocks> file_;
   bool points_;
+  ValueCoding coding_;
   std::string delayed_load_;
   std::int64_t tree_at_ = 0, leaves_at_ = 0, end_ = 0;  ///< in the file [bytes]
   std::vector<std::int64_t> places_;  ///< where leaves begin, and where the last one ends

@@ -1,18 +1,17 @@
 #include <nanovdb/NanoVDB.h>
-#include <openvdb/io/Compression.h>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
 #include <memory>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <string_view>
 #include <utility>
 
 #include "base/memory.h"
 #include "base/text.h"
-#include "grid_types.h"
 #include "nano_tree.h"
 #include "psivox/error.h"
 #include "value_block.h"
@@ -86,40 +85,37 @@ std::uint32_t number_of(const Enum& stored) {
   return number;
 }
 
-openvdb::GridClass nano_class(std::uint32_t grid_class) {
+std::string_view nano_class(std::uint32_t grid_class) {
   switch (nanovdb::GridClass(grid_class)) {
     case nanovdb::GridClass::LevelSet:
-      return openvdb::GRID_LEVEL_SET;
+      return level_set_class;
     case nanovdb::GridClass::FogVolume:
-      return openvdb::GRID_FOG_VOLUME;
+      return fog_class;
     case nanovdb::GridClass::Staggered:
-      return openvdb::GRID_STAGGERED;
+      return staggered_class;
     default:
-      return openvdb::GRID_UNKNOWN;
+      return unknown_class;
   }
 }
 
-/// The grid without its tree: name, class, transform. Throws openvdb::IoError if the bytes are not
-/// that grid's.
-openvdb::GridBase::Ptr head_of(const StoredGrid& from, const std::string& name,
-                               std::span<const char> bytes) {
-  if (bytes.size() < sizeof(nanovdb::GridData)) throw openvdb::IoError("its header is cut off");
+/// Throws std::runtime_error if the bytes are not that grid's.
+GridHead head_of(const StoredGrid& from, std::span<const char> bytes) {
+  if (bytes.size() < sizeof(nanovdb::GridData)) throw std::runtime_error("its header is cut off");
   const auto& data = *reinterpret_cast<const nanovdb::GridData*>(bytes.data());
   if (data.mVersion.getMajor() != nano_major_version || number_of(data.mGridType) != from.type ||
       number_of(data.mGridClass) != from.grid_class || data.mGridSize > bytes.size())
-    throw openvdb::IoError("its header and the file's directory differ");
+    throw std::runtime_error("its header and the file's directory differ");
   const NanoType known = nano_type(from.type, from.grid_class);
-  const auto head = openvdb::GridBase::createGrid(stored_like(known.grid_type));
-  head->setName(name);
-  head->setGridClass(nano_class(from.grid_class));
-  if (known.quantised) head->insertMeta("nanovdb_type", openvdb::StringMetadata(known.name));
+  GridHead head;
+  head.type = value_type_number(stored_like(known.grid_type));
+  head.grid_class = nano_class(from.grid_class);
+  if (known.quantised) head.metadata["nanovdb_type"] = known.name;
   const nanovdb::Map& map = data.mMap;
-  // NanoVDB's vectors are columns, OpenVDB's rows
-  auto matrix = openvdb::Mat4d::identity();
-  for (int row = 0; row < 3; ++row)
-    for (int column = 0; column < 3; ++column) matrix(column, row) = map.mMatD[3 * row + column];
-  matrix.setTranslation(openvdb::Vec3d(map.mVecD[0], map.mVecD[1], map.mVecD[2]));
-  head->setTransform(openvdb::math::Transform::createLinearTransform(matrix));
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column)
+      head.transform.world_from_index[column][row] = map.mMatD[3 * row + column];
+    head.transform.world_from_index[3][row] = map.mVecD[row];
+  }
   return head;
 }
 
@@ -142,7 +138,7 @@ class NanoFile final : public GridFile {
   }
 
   MetadataText metadata_of(const GridEntry& entry) override {
-    return {{"class", openvdb::GridBase::gridClassToString(nano_class(stored(entry).grid_class))}};
+    return {{"class", std::string(nano_class(stored(entry).grid_class))}};
   }
 
   std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked) override {
@@ -150,8 +146,8 @@ class NanoFile final : public GridFile {
     guarded(entry, [&] {
       const auto [memory, bytes] = unpacked(entry);
       const StoredGrid& from = stored(entry);
-      grid = nano_grid({*this, entry, marked, head_of(from, entry.descriptor.gridName(), bytes),
-                        from.type, from.grid_class, bytes, memory});
+      grid = nano_grid(
+          {*this, entry, marked, head_of(from, bytes), from.type, from.grid_class, bytes, memory});
     });
     return grid;
   }
@@ -166,9 +162,9 @@ class NanoFile final : public GridFile {
     const std::string_view magic(header.magic.data(), header.magic.size());
     if (magic == name_of_bare_grid) return read_bare_grid();
     if (!magic.starts_with(name_of_format))
-      throw openvdb::IoError("something else follows its grids");
+      throw std::runtime_error("something else follows its grids");
     check_version(path(), header.version);
-    if (header.grids == 0) throw openvdb::IoError("it has no grid");
+    if (header.grids == 0) throw std::runtime_error("it has no grid");
     const std::size_t first = entries_.size();
     for (std::uint16_t n = 0; n < header.grids; ++n) read_entry(header.codec);
     place_entries(first, std::uint64_t(stream_.tellg()));
@@ -180,7 +176,7 @@ class NanoFile final : public GridFile {
     stream_.seekg(std::streamoff(at));
     const auto head = take<nanovdb::GridData>(stream_);
     check_version(path(), head.mVersion.id());
-    if (head.mGridSize < sizeof head) throw openvdb::IoError("a grid has an impossible size");
+    if (head.mGridSize < sizeof head) throw std::runtime_error("a grid has an impossible size");
     add_entry({head.mGridName, sizeof head.mGridName},
               {head.mGridSize, head.mGridSize, 0, number_of(head.mGridType),
                number_of(head.mGridClass), none});
@@ -189,7 +185,8 @@ class NanoFile final : public GridFile {
 
   void read_entry(std::uint16_t codec) {
     const auto entry = take<NanoEntry>(stream_);
-    if (entry.name_length > longest_name) throw openvdb::IoError("a name has an impossible length");
+    if (entry.name_length > longest_name)
+      throw std::runtime_error("a name has an impossible length");
     std::string name(entry.name_length, '\0');
     stream_.read(name.data(), std::streamsize(name.size()));
     add_entry(std::move(name), {entry.memory, entry.bytes, 0, entry.type, entry.grid_class, codec});
@@ -200,7 +197,8 @@ class NanoFile final : public GridFile {
     name.resize(std::min(name.find('\0'), name.size()));
     const NanoType type = nano_type(grid.type, grid.grid_class);
     GridEntry listed;
-    listed.descriptor = {name, type.grid_type.empty() ? type.name : type.grid_type};
+    listed.unique_name = std::move(name);
+    listed.type = type.grid_type.empty() ? type.name : type.grid_type;
     if (type.grid_type.empty()) listed.problem = unsupported_type(type.name);
     entries_.push_back(std::move(listed));
     stored_.push_back(grid);
@@ -223,13 +221,13 @@ class NanoFile final : public GridFile {
     stream_.seekg(std::streamoff(at));
   }
 
-  /// A grid's bytes, decompressed, behind the owner of their memory. Throws openvdb::IoError if the
-  /// file is damaged, Error(memory) if they need more memory than there is.
+  /// A grid's bytes, decompressed, behind the owner of their memory. Throws std::runtime_error if
+  /// the file is damaged, Error(memory) if they need more memory than there is.
   std::pair<std::shared_ptr<const void>, std::span<const char>> unpacked(const GridEntry& entry) {
     const StoredGrid& grid = stored(entry);
-    if (grid.codec > blosc) throw openvdb::IoError("it is compressed by an unknown codec");
+    if (grid.codec > blosc) throw std::runtime_error("it is compressed by an unknown codec");
     if (grid.codec == none ? grid.memory != grid.bytes : grid.memory / greatest_ratio > grid.bytes)
-      throw openvdb::IoError("its size is impossible");
+      throw std::runtime_error("its size is impossible");
     const std::uint64_t available = available_memory();
     if (available > 0 && grid.memory > available)
       throw Error(ExitCode::memory, subject(path(), entry.name) + "needs " +
@@ -238,8 +236,8 @@ class NanoFile final : public GridFile {
     struct alignas(32) Block {
       char bytes[32];
     };
-    const auto blocks = std::make_shared_for_overwrite<Block[]>(
-        std::size_t(grid.memory + blosc_overhead) / sizeof(Block) + 1);
+    const auto blocks =
+        std::make_shared_for_overwrite<Block[]>(std::size_t(grid.memory) / sizeof(Block) + 1);
     char* const bytes = reinterpret_cast<char*>(blocks.get());
     stream_.clear();
     stream_.seekg(std::streamoff(grid.at));
@@ -258,15 +256,10 @@ class NanoFile final : public GridFile {
       const std::uint64_t size = grid.codec == zip ? rest : std::min(rest, blosc_chunk);
       const auto length = take<std::int64_t>(stream_);
       if (length <= 0 || length > end - std::int64_t(stream_.tellg()))
-        throw openvdb::IoError("a compressed block has an impossible length");
-      if (grid.codec == zip) {
-        stream_.seekg(-std::streamoff(sizeof length), std::ios_base::cur);
-        openvdb::io::unzipFromStream(stream_, to, std::size_t(size));
-      } else {
-        std::string block(std::size_t(length), '\0');
-        stream_.read(block.data(), length);
-        expand_blosc(block, to, std::size_t(size));
-      }
+        throw std::runtime_error("a compressed block has an impossible length");
+      std::string block(std::size_t(length), '\0');
+      stream_.read(block.data(), length);
+      (grid.codec == zip ? expand_zip : expand_blosc)(block, to, std::size_t(size));
       to += size;
       rest -= size;
     }

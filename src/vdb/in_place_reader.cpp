@@ -1,7 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -9,10 +9,9 @@
 
 #include "archive.h"
 #include "field/value_range.h"
-#include "grid_types.h"
+#include "grid_rows.h"
 #include "read_grid.h"
-#include "vdb/grid_rows.h"
-#include "vdb/reader.h"
+#include "reader.h"
 
 namespace psivox::vdb {
 namespace {
@@ -23,7 +22,7 @@ std::unique_ptr<GridFile> open_grids(std::shared_ptr<FileBlocks> file, Progress 
 }
 
 glm::dvec3 column_lengths(const glm::dmat4& m) {
-  const auto length = [&](int i) { return openvdb::Vec3d(m[i][0], m[i][1], m[i][2]).length(); };
+  const auto length = [&](int i) { return glm::length(glm::dvec3(m[i])); };
   return {length(0), length(1), length(2)};
 }
 
@@ -43,26 +42,23 @@ std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
   return found.all();
 }
 
-void set_transform(const openvdb::math::Transform& transform, GridInfo& info) {
-  info.transform = transform.mapType();
-  if (transform.isLinear()) {
-    info.world_from_index = world_from_index(transform);
-    info.voxel_size = column_lengths(info.world_from_index);
-  } else {
-    const openvdb::Vec3d size = transform.voxelSize();
-    info.voxel_size = {size[0], size[1], size[2]};
+void set_transform(const Transform& transform, GridInfo& info) {
+  info.transform = transform.map;
+  if (!transform.is_linear()) {
+    const FrustumPlace place = trees().place(transform.frustum, info.active_box);
+    info.voxel_size = place.voxel_size;
+    info.world_min = place.world_min;
+    info.world_max = place.world_max;
+    return;
   }
-  if (info.active_box.empty()) return;
-  const auto to_world = [&](const glm::dvec3& index) {
-    const openvdb::Vec3d p = transform.indexToWorld(openvdb::Vec3d(index.x, index.y, index.z));
-    return glm::dvec3(p[0], p[1], p[2]);
-  };
-  std::tie(info.world_min, info.world_max) = bounds_of(info.active_box, to_world);
+  info.world_from_index = transform.world_from_index;
+  info.voxel_size = column_lengths(info.world_from_index);
+  if (!info.active_box.empty())
+    std::tie(info.world_min, info.world_max) = bounds_of(info.active_box, info.world_from_index);
 }
 
 /// Without OpenVDB's own statistics of the file and what other rows tell.
-MetadataText other_metadata(const openvdb::GridBase& grid) {
-  MetadataText text = text_of(grid);
+MetadataText other_metadata(MetadataText text) {
   for (const char* known :
        {"name", "class", "is_saved_as_half_float", "file_bbox_min", "file_bbox_max",
         "file_mem_bytes", "file_voxel_count", "file_compression", "file_delayed_load"})
@@ -110,10 +106,10 @@ GridContent content_of(GridFile& file, const GridEntry& entry) {
 GridInfo grid_info(GridFile& file, const GridEntry& entry, bool values) {
   GridInfo info;
   info.name = entry.name;
-  info.type = printable(entry.descriptor.gridType());
+  info.type = printable(entry.type);
   info.value_type = value_type_of(info.type);
   info.channels = channels_of(info.type);
-  info.saved_as_half = entry.descriptor.saveFloatAsHalf();
+  info.saved_as_half = entry.half;
   info.problem = entry.problem;
   if (!entry.problem.empty()) return info;
 
@@ -122,16 +118,16 @@ GridInfo grid_info(GridFile& file, const GridEntry& entry, bool values) {
     if (values) info.values = statistics_of(*grid);
     info.values_read = values;
     const GridSummary& summary = grid->summary();
-    const openvdb::GridBase& head = grid->head();
-    info.grid_class = openvdb::GridBase::gridClassToString(head.getGridClass());
+    const GridHead& head = grid->head();
+    info.grid_class = head.grid_class;
     info.active_voxels = summary.active_voxels;
     info.leaves = summary.leaves;
     info.active_tiles = summary.active_tiles;
     info.active_box = summary.active_box;
     info.background = summary.background[0];
-    set_transform(head.transform(), info);
-    info.metadata = other_metadata(head);
-    info.problem = problem_of(head, summary);
+    set_transform(head.transform, info);
+    info.metadata = other_metadata(head.metadata);
+    info.problem = problem_of(head.transform, summary);
   } catch (const Error& e) {
     info.problem = without_subject(e.what(), file.path(), entry.name);  // the row names the grid
   }
@@ -152,13 +148,12 @@ class InPlaceReader final : public Reader {
     std::vector<std::string> names;
     std::vector<MetadataText> metadata;
     for (const GridEntry& entry : grids->entries()) {
-      const std::string& type = entry.descriptor.gridType();
-      names.push_back(entry.descriptor.gridName());
+      const std::string& type = entry.type;
+      names.push_back(entry.base_name);
       metadata.push_back(grids->metadata_of(entry));
-      const auto grid_class = metadata.back().find("class");
       facts.grids.push_back({entry.name, names.back(),
                              entry.problem.empty() ? channels_of(type) : 0, value_type_of(type),
-                             grid_class == metadata.back().end() ? "unknown" : grid_class->second});
+                             std::string(class_in(metadata.back()))});
     }
     facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
     return facts;
@@ -218,16 +213,10 @@ class InPlaceReader final : public Reader {
   GridRole last_role_ = GridRole::attenuation;
 };
 
+}  // namespace
+
 std::unique_ptr<Reader> open_in_place(std::shared_ptr<FileBlocks> file, Progress progress) {
   return std::make_unique<InPlaceReader>(std::move(file), std::move(progress));
 }
 
-constexpr GridFiles table = {open_in_place, openvdb::getLibraryVersionString};
-
-}  // namespace
 }  // namespace psivox::vdb
-
-extern "C" const psivox::vdb::GridFiles* psivox_grid_files() {
-  openvdb::initialize();
-  return &psivox::vdb::table;
-}

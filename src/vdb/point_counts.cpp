@@ -1,10 +1,9 @@
 #include "archive.h"
 
-#include <openvdb/io/Compression.h>
-
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -29,7 +28,7 @@ class PointReader {
   std::int64_t read(const TakeCounts& take_counts) {
     constexpr int passes_beside = 4;  // two for each attribute, and these
     const int passes = take<std::uint16_t>(stream_);
-    if (passes < passes_beside) throw openvdb::IoError("its points have too few parts");
+    if (passes < passes_beside) throw std::runtime_error("its points have too few parts");
     skip(leaves_ * sizeof(std::uint16_t));
     read_descriptions();
     for (int n = 0; n < (passes - passes_beside) / 2; ++n) read_pages(std::size_t(n));
@@ -41,7 +40,7 @@ class PointReader {
   /// Never back, so that reading ends.
   void skip(std::uint64_t bytes) {
     if (bytes > std::uint64_t(std::numeric_limits<std::int64_t>::max()))
-      throw openvdb::IoError("a length in its points is impossible");
+      throw std::runtime_error("a length in its points is impossible");
     stream_.seekg(std::int64_t(bytes), std::ios_base::cur);
   }
 
@@ -55,7 +54,7 @@ class PointReader {
         count = read_descriptor();
         shared = header & of_all;
         if (header & more) skip(take<std::uint64_t>(stream_));
-        if (header > (of_all | more)) throw openvdb::IoError("its points have an unknown format");
+        if (header > (of_all | more)) throw std::runtime_error("its points have an unknown format");
       }
       for (std::uint64_t i = 0; i < count; ++i) attributes_.push_back(read_attribute());
       ends_.push_back(attributes_.size());
@@ -69,8 +68,7 @@ class PointReader {
       for (int part = 0; part < 2; ++part) skip_string(stream_);  // type and codec
     skip_names(count);
     skip_names(take<std::uint64_t>(stream_));  // of groups of points
-    openvdb::MetaMap defaults;
-    read_metadata(defaults, stream_);
+    read_metadata(stream_);                    // defaults
     return count;
   }
 
@@ -92,7 +90,7 @@ class PointReader {
     take<std::uint32_t>(stream_);  // number of points
     if (stored & strided) take<std::uint32_t>(stream_);
     if (stored >= unknown || bytes > most)
-      throw openvdb::IoError("an attribute of its points has an unknown format");
+      throw std::runtime_error("an attribute of its points has an unknown format");
     return {(stored & uniform) != 0, (stored & paged) != 0, std::int64_t(bytes)};
   }
 
@@ -113,14 +111,15 @@ class PointReader {
         rest_ += std::abs(stored);
       }
       used += attribute.bytes;
-      if (used > page) throw openvdb::IoError("an attribute of its points is longer than its page");
+      if (used > page)
+        throw std::runtime_error("an attribute of its points is longer than its page");
     }
   }
 
   /// From the offsets behind each voxel's last point.
   PointCounts read_counts() {
     constexpr std::uint16_t not_compressed = std::numeric_limits<std::uint16_t>::max();
-    std::array<std::uint32_t, kLeafVoxels + blosc_overhead / sizeof(std::uint32_t)> ends;
+    std::array<std::uint32_t, kLeafVoxels> ends;
     constexpr std::size_t size = kLeafVoxels * sizeof(std::uint32_t);
     skip(sizeof(LeafMask));
     const auto length = take<std::uint16_t>(stream_);

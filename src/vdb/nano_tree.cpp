@@ -10,33 +10,30 @@
 #include <utility>
 #include <vector>
 
-#include "grid_types.h"
-
 namespace psivox::vdb {
 namespace {
 
 constexpr int nano_root_width = 4096;
 constexpr std::size_t nano_alignment = 32;
 
-[[noreturn]] void refuse_nano(const char* why) { throw openvdb::IoError(why); }
+[[noreturn]] void refuse_nano(const char* why) { throw std::runtime_error(why); }
 
-/// A grid whose values NanoVDB stores as `BuildT`, read as an OpenVDB grid. All of its bytes are in
-/// memory.
-template <typename BuildT, typename GridT, bool points = false>
+/// A grid whose values NanoVDB stores as `BuildT`, read as if OpenVDB had stored them as `ValueT`.
+/// All of its bytes are in memory.
+template <typename BuildT, typename ValueT, bool points = false>
 class NanoGrid final : public FileGrid {
   using Root = typename nanovdb::NanoRoot<BuildT>::DataType;
   using Upper = typename nanovdb::NanoUpper<BuildT>::DataType;
   using Lower = typename nanovdb::NanoLower<BuildT>::DataType;
   using Leaf = typename nanovdb::NanoLeaf<BuildT>::DataType;
   using StoredT = typename Root::ValueT;
-  using ValueT = typename GridT::ValueType;
   static constexpr bool quantised =
       std::is_same_v<BuildT, nanovdb::Fp4> || std::is_same_v<BuildT, nanovdb::Fp8> ||
       std::is_same_v<BuildT, nanovdb::Fp16> || std::is_same_v<BuildT, nanovdb::FpN>;
 
  public:
   explicit NanoGrid(const NanoSource& from)
-      : FileGrid(from.file, from.entry, from.marked || is_mask(from.entry.descriptor.gridType())),
+      : FileGrid(from.file, from.entry, from.marked || is_mask(from.entry.type)),
         bytes_(from.bytes),
         memory_(from.memory) {
     begin(from.head, /*masks=*/false);
@@ -55,7 +52,7 @@ class NanoGrid final : public FileGrid {
     const std::uint64_t at = root_at();
     const Root& root = node<Root>(at);
     background_ = value_of(root.mBackground);
-    static_cast<GridT&>(*head_).tree().root().setBackground(background_, false);
+    head_.set_background(background_);
     TopologyBuilder<ValueT> found(wish);
     found.set_background(background_);
     const auto table = root_table(root, at);
@@ -91,22 +88,20 @@ class NanoGrid final : public FileGrid {
 
   template <typename Number>
   void copy(const Leaf& leaf, const LeafMask& active, Number* to) const {
-    constexpr bool vectors = openvdb::VecTraits<ValueT>::IsVec;
+    constexpr int channels = ValueTraits<ValueT>::channels;
     for (std::uint32_t i = 0; i < kLeafVoxels; ++i) {
       const ValueT value = value_of(leaf.getValue(i));
       if (fill_ && !active.isOn(i) && is_background(leaf, value))
-        to = std::fill_n(to, vectors ? 3 : 1, static_cast<Number>(*fill_));
-      else if constexpr (vectors)
-        for (int c = 0; c < 3; ++c) *to++ = static_cast<Number>(value[c]);
+        to = std::fill_n(to, channels, static_cast<Number>(*fill_));
       else
-        *to++ = static_cast<Number>(value);
+        for (int c = 0; c < channels; ++c) *to++ = component_of<Number>(value, c);
     }
   }
 
   static ValueT value_of(const StoredT& stored) {
     if constexpr (std::is_same_v<StoredT, bool>)  // its byte can have any value
       return reinterpret_cast<const unsigned char&>(stored) != 0;
-    else if constexpr (openvdb::VecTraits<ValueT>::IsVec)
+    else if constexpr (ValueTraits<ValueT>::channels == 3)
       return ValueT(stored[0], stored[1], stored[2]);
     else
       return static_cast<ValueT>(stored);
@@ -152,7 +147,7 @@ class NanoGrid final : public FileGrid {
     return tree_at + offset;
   }
 
-  using RootTable = std::vector<std::pair<openvdb::Coord, const typename Root::Tile*>>;
+  using RootTable = std::vector<std::pair<glm::ivec3, const typename Root::Tile*>>;
 
   /// In OpenVDB's order.
   RootTable root_table(const Root& root, std::uint64_t at) const {
@@ -162,7 +157,7 @@ class NanoGrid final : public FileGrid {
     RootTable table;
     for (std::uint64_t n = 0; n < count; ++n)
       table.emplace_back(origin_of(tiles[n].key), &tiles[n]);
-    std::ranges::sort(table, {}, &RootTable::value_type::first);
+    std::ranges::sort(table, comes_before, &RootTable::value_type::first);
     for (std::size_t n = 1; n < table.size(); ++n)
       if (table[n].first == table[n - 1].first) refuse_place();
     return table;
@@ -173,7 +168,7 @@ class NanoGrid final : public FileGrid {
   }
 
   /// x, y, z / 4096 in 21 bits each, of which the first is 0.
-  static openvdb::Coord origin_of(std::uint64_t key) {
+  static glm::ivec3 origin_of(std::uint64_t key) {
     constexpr std::uint64_t bits = 0xFFFFF;
     if (key & ~(bits | bits << 21 | bits << 42)) refuse_place();
     const auto part = [&](int shift) {
@@ -190,33 +185,32 @@ class NanoGrid final : public FileGrid {
 
   /// The box of a node's active values begins in the node, unless it is empty.
   template <typename NodeT>
-  static void check_box(const NodeT& node, const openvdb::Coord& origin, int width) {
+  static void check_box(const NodeT& node, const glm::ivec3& origin, int width) {
     const auto& box = node.mBBox;
     for (int axis = 0; axis < 3; ++axis)
       if (box[0][axis] > box[1][axis]) return;
     check_origin(box[0], origin, width);
   }
   template <typename PlaceT>
-  static void check_origin(const PlaceT& place, const openvdb::Coord& origin, int width) {
+  static void check_origin(const PlaceT& place, const glm::ivec3& origin, int width) {
     for (int axis = 0; axis < 3; ++axis)
       if ((place[axis] & ~(width - 1)) != origin[axis]) refuse_place();
   }
 
-  void take_upper(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
+  void take_upper(TopologyBuilder<ValueT>& found, std::uint64_t at, const glm::ivec3& origin) {
     check_count<Upper>(++uppers_);
-    take_inner<Upper, 5>(
-        found, at, origin, [&](std::uint64_t child_at, const openvdb::Coord& place) {
-          check_count<Lower>(++lowers_);
-          take_inner<Lower, 4>(found, child_at, place,
-                               [&](std::uint64_t leaf_at, const openvdb::Coord& corner) {
-                                 take_leaf(found, leaf_at, corner);
-                               });
-        });
+    take_inner<Upper, 5>(found, at, origin, [&](std::uint64_t child_at, const glm::ivec3& place) {
+      check_count<Lower>(++lowers_);
+      take_inner<Lower, 4>(found, child_at, place,
+                           [&](std::uint64_t leaf_at, const glm::ivec3& corner) {
+                             take_leaf(found, leaf_at, corner);
+                           });
+    });
   }
 
   /// A node of 2^side tiles or children in each direction.
   template <typename NodeT, int side, typename TakeChild>
-  void take_inner(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin,
+  void take_inner(TopologyBuilder<ValueT>& found, std::uint64_t at, const glm::ivec3& origin,
                   const TakeChild& take_child) {
     using MaskT = openvdb::util::NodeMask<side>;
     const NodeT& inner = node<NodeT>(at);
@@ -224,12 +218,12 @@ class NanoGrid final : public FileGrid {
     found.add_inner(
         origin, mask_of<MaskT>(inner.mChildMask), mask_of<MaskT>(inner.mValueMask),
         [&](unsigned n) { return value_of(inner.mTable[n].value); },
-        [&](unsigned n, const openvdb::Coord& place) {
+        [&](unsigned n, const glm::ivec3& place) {
           take_child(child(at, inner.mTable[n].child), place);
         });
   }
 
-  void take_leaf(TopologyBuilder<ValueT>& found, std::uint64_t at, const openvdb::Coord& origin) {
+  void take_leaf(TopologyBuilder<ValueT>& found, std::uint64_t at, const glm::ivec3& origin) {
     const Leaf& leaf = node<Leaf>(at);
     if constexpr (std::is_same_v<BuildT, nanovdb::FpN>) {
       constexpr int widest = 4;  // 2^4 bits for each value
@@ -251,9 +245,9 @@ class NanoGrid final : public FileGrid {
   std::uint64_t lowers_ = 0, uppers_ = 0;
 };
 
-template <typename BuildT, typename GridT, bool points = false>
+template <typename BuildT, typename ValueT, bool points = false>
 std::unique_ptr<FileGrid> opened(const NanoSource& source) {
-  return std::make_unique<NanoGrid<BuildT, GridT, points>>(source);
+  return std::make_unique<NanoGrid<BuildT, ValueT, points>>(source);
 }
 
 /// A type of grids and how it is read. What is stored in fewer bits than OpenVDB's types have
@@ -266,22 +260,21 @@ struct KnownType {
 
 const std::vector<KnownType>& known_types() {
   using nanovdb::GridType;
-  using namespace openvdb;
   static const std::vector<KnownType> types{
-      {GridType::Float, {"float", FloatGrid::gridType()}, opened<float, FloatGrid>},
-      {GridType::Double, {"double", DoubleGrid::gridType()}, opened<double, DoubleGrid>},
-      {GridType::Int16, {"int16", Int32Grid::gridType()}, opened<std::int16_t, Int32Grid>},
-      {GridType::Int32, {"int32", Int32Grid::gridType()}, opened<std::int32_t, Int32Grid>},
-      {GridType::Int64, {"int64", Int64Grid::gridType()}, opened<std::int64_t, Int64Grid>},
-      {GridType::UInt32, {"uint32", Int64Grid::gridType()}, opened<std::uint32_t, Int64Grid>},
-      {GridType::Vec3f, {"Vec3f", Vec3SGrid::gridType()}, opened<nanovdb::Vec3f, Vec3SGrid>},
-      {GridType::Vec3d, {"Vec3d", Vec3DGrid::gridType()}, opened<nanovdb::Vec3d, Vec3DGrid>},
-      {GridType::Mask, {"mask", MaskGrid::gridType()}, opened<nanovdb::ValueMask, BoolGrid>},
-      {GridType::Boolean, {"bool", BoolGrid::gridType()}, opened<bool, BoolGrid>},
-      {GridType::Fp4, {"Fp4", FloatGrid::gridType(), true}, opened<nanovdb::Fp4, FloatGrid>},
-      {GridType::Fp8, {"Fp8", FloatGrid::gridType(), true}, opened<nanovdb::Fp8, FloatGrid>},
-      {GridType::Fp16, {"Fp16", FloatGrid::gridType(), true}, opened<nanovdb::Fp16, FloatGrid>},
-      {GridType::FpN, {"FpN", FloatGrid::gridType(), true}, opened<nanovdb::FpN, FloatGrid>},
+      {GridType::Float, {"float", grid_type_of("float")}, opened<float, float>},
+      {GridType::Double, {"double", grid_type_of("double")}, opened<double, double>},
+      {GridType::Int16, {"int16", grid_type_of("int32")}, opened<std::int16_t, std::int32_t>},
+      {GridType::Int32, {"int32", grid_type_of("int32")}, opened<std::int32_t, std::int32_t>},
+      {GridType::Int64, {"int64", grid_type_of("int64")}, opened<std::int64_t, std::int64_t>},
+      {GridType::UInt32, {"uint32", grid_type_of("int64")}, opened<std::uint32_t, std::int64_t>},
+      {GridType::Vec3f, {"Vec3f", grid_type_of("vec3s")}, opened<nanovdb::Vec3f, glm::vec3>},
+      {GridType::Vec3d, {"Vec3d", grid_type_of("vec3d")}, opened<nanovdb::Vec3d, glm::dvec3>},
+      {GridType::Mask, {"mask", grid_type_of("mask")}, opened<nanovdb::ValueMask, std::uint8_t>},
+      {GridType::Boolean, {"bool", grid_type_of("bool")}, opened<bool, std::uint8_t>},
+      {GridType::Fp4, {"Fp4", grid_type_of("float"), true}, opened<nanovdb::Fp4, float>},
+      {GridType::Fp8, {"Fp8", grid_type_of("float"), true}, opened<nanovdb::Fp8, float>},
+      {GridType::Fp16, {"Fp16", grid_type_of("float"), true}, opened<nanovdb::Fp16, float>},
+      {GridType::FpN, {"FpN", grid_type_of("float"), true}, opened<nanovdb::FpN, float>},
       {GridType::Half, {"half"}},
       {GridType::RGBA8, {"RGBA8"}},
       {GridType::Vec4f, {"Vec4f"}},
@@ -294,15 +287,15 @@ const std::vector<KnownType>& known_types() {
       {GridType(23), {"PointIndex"}},
       {GridType(24), {"Vec3u8"}},
       {GridType(25), {"Vec3u16"}},
-      {GridType(26), {"uint8", Int32Grid::gridType()}, opened<std::uint8_t, Int32Grid>}};
+      {GridType(26), {"uint8", grid_type_of("int32")}, opened<std::uint8_t, std::int32_t>}};
   return types;
 }
 
 const KnownType& find_type(std::uint32_t type, std::uint32_t grid_class) {
   static const KnownType unknown{nanovdb::GridType::Unknown, {"unknown"}};
   static const KnownType points{nanovdb::GridType::UInt32,
-                                {"points", points_grid_type()},
-                                opened<std::uint32_t, openvdb::Int32Grid, /*points=*/true>};
+                                {"points", grid_type_of("points")},
+                                opened<std::uint32_t, std::int32_t, /*points=*/true>};
   static const KnownType index{nanovdb::GridType::UInt32, {"point index"}};
   if (type == std::uint32_t(nanovdb::GridType::UInt32)) {
     if (grid_class == std::uint32_t(nanovdb::GridClass::PointData)) return points;

@@ -18,10 +18,6 @@
 namespace psivox::vdb {
 namespace {
 
-/// The type of the metadata for delayed loading. Files of OpenVDB 13 and before have them; later
-/// libraries do not know them.
-constexpr const char* delayed_load_type = "__delayedload";
-
 /// Programs whose Z axis is up, as the metadata `creator` names them, in lower case.
 constexpr std::array<std::pair<const char*, const char*>, 4> z_up_programs{{
     {"blender", "Blender"},
@@ -46,29 +42,20 @@ std::string z_up_creator(const MetadataText& metadata) {
   return "";
 }
 
-std::string read_block(std::istream& stream) {
-  const auto begin = stream.tellg();
-  skip_string(stream);  // throws before memory is allocated
-  std::string bytes(static_cast<std::size_t>(stream.tellg() - begin) - sizeof(std::uint32_t), '\0');
-  stream.seekg(begin + std::streamoff(sizeof(std::uint32_t)));
-  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return bytes;
-}
-
 /// Tiles of the root that may be added: 28 MB of them.
 constexpr double most_root_tiles = 1 << 20;
 
-/// Throws std::runtime_error if components of the grid's type do not have the value.
-void check_component(const openvdb::GridBase& grid, double value) {
-  with_typed_grid(grid, [&](const auto& typed) {
-    using ValueT = typename std::decay_t<decltype(typed)>::ValueType;
-    using Limits = std::numeric_limits<typename openvdb::VecTraits<ValueT>::ElementType>;
+/// Throws std::runtime_error if values of the grid's type do not have the number.
+void check_number(const GridHead& head, double value) {
+  const bool has = with_value_type(head.type, [&]<typename ValueT>() {
+    using Limits = std::numeric_limits<typename ValueTraits<ValueT>::Number>;
     // 2^63 is no int64, but the nearest double of the greatest.
     const bool within = value >= double(Limits::lowest()) && value < double(Limits::max()) + 1;
-    if (within && (!Limits::is_integer || value == std::trunc(value))) return;
+    return within && (!Limits::is_integer || value == std::trunc(value));
+  });
+  if (!has)
     throw std::runtime_error(
         formatted("has no value %g, which --background-value asks for", value));
-  });
 }
 
 }  // namespace
@@ -86,14 +73,18 @@ GridFile::GridFile(std::shared_ptr<FileBlocks> file, Progress progress)
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
 }
 
-/// OpenVDB's names, `density` or `density[1]`, with control characters escaped. It writes grids
-/// without a name as `[0]`, `[1]`; where another program repeats a name without numbers, they are
-/// numbered here.
+/// OpenVDB's names, `density` or `density[1]`, with control characters escaped. A number stands in
+/// the file behind a separator. OpenVDB writes grids without a name as `[0]`, `[1]`; where another
+/// program repeats a name without numbers, they are numbered here.
 void GridFile::name_entries() {
   std::map<std::string, int> uses;
   for (GridEntry& entry : entries_) {
-    entry.name =
-        printable(openvdb::io::GridDescriptor::nameAsString(entry.descriptor.uniqueName()));
+    constexpr char separator = '\x1e';
+    const std::string& unique = entry.unique_name;
+    const std::size_t end = std::min(unique.find(separator), unique.size());
+    entry.base_name = unique.substr(0, end);
+    entry.name = printable(
+        end == unique.size() ? unique : entry.base_name + "[" + unique.substr(end + 1) + "]");
     ++uses[entry.name];
   }
   std::map<std::string, int> next;
@@ -111,7 +102,7 @@ void GridFile::guarded(const GridEntry& entry, const std::function<void()>& work
   });
 }
 
-void FileGrid::begin(openvdb::GridBase::Ptr head, bool masks) {
+void FileGrid::begin(GridHead head, bool masks) {
   head_ = std::move(head);
   masks_ = masks || marked_;
   topology_ = read_topology({.masks = masks_});
@@ -119,11 +110,8 @@ void FileGrid::begin(openvdb::GridBase::Ptr head, bool masks) {
 }
 
 void FileGrid::mark() {
-  const auto marks = new_grid<openvdb::FloatGrid>();
-  marks->insertMeta(*head_);
-  marks->setTransform(head_->transformPtr());
-  marks->setGridClass(openvdb::GRID_UNKNOWN);
-  head_ = marks;
+  head_.type = value_type_number(grid_type_of("float"));
+  head_.grid_class = unknown_class;
   std::erase_if(topology_.tiles, [](const TilePart& tile) { return !tile.active; });
   for (TilePart& tile : topology_.tiles) tile.value = {1, 0, 0};
   topology_.summary.channels = 1;
@@ -131,7 +119,7 @@ void FileGrid::mark() {
 }
 
 void FileGrid::set_background(double value) {
-  check_component(*head_, value);
+  check_number(head_, value);
   fill_ = value;
   if (value != 0) {  // tiles of 0 are left out
     guarded([&] { topology_ = read_topology({.masks = masks_, .background = glm::dvec3(value)}); });
@@ -143,12 +131,10 @@ void FileGrid::set_background(double value) {
 /// Adds tiles to the root where it has neither a tile nor a node.
 void FileGrid::fill_root(double value) {
   constexpr int width = 4096;
-  const auto node_of = [](const glm::ivec3& voxel) {
-    return openvdb::Coord(voxel.x, voxel.y, voxel.z) & ~(width - 1);
-  };
+  const auto node_of = [](const glm::ivec3& voxel) { return voxel & ~(width - 1); };
   // One voxel around the active ones belongs to the domain.
   const Box& box = summary().active_box;
-  const openvdb::Coord first = node_of(box.min - 1);
+  const glm::ivec3 first = node_of(box.min - 1);
   double count = 1;
   for (int axis = 0; axis < 3; ++axis)
     count *= (double(box.max[axis]) + 1 - first[axis]) / width + 1;
@@ -157,17 +143,17 @@ void FileGrid::fill_root(double value) {
         "is too wide to be filled with --background-value; only 0 needs no memory");
   std::vector<TilePart>& tiles = topology_.tiles;
   // a node has leaves or tiles everywhere
-  std::set<openvdb::Coord> taken;
+  std::set<glm::ivec3, decltype(&comes_before)> taken(comes_before);
   for (const glm::ivec3& leaf : topology_.leaves) taken.insert(node_of(leaf));
   for (const TilePart& tile : tiles) taken.insert(node_of(tile.origin));
-  for (int x = first.x(); x <= box.max.x + 1; x += width)
-    for (int y = first.y(); y <= box.max.y + 1; y += width)
-      for (int z = first.z(); z <= box.max.z + 1; z += width)
+  for (int x = first.x; x <= box.max.x + 1; x += width)
+    for (int y = first.y; y <= box.max.y + 1; y += width)
+      for (int z = first.z; z <= box.max.z + 1; z += width)
         if (!taken.contains({x, y, z}))
           tiles.push_back({{x, y, z}, width, glm::dvec3(value), false});
   std::ranges::stable_sort(tiles, [&](const TilePart& a, const TilePart& b) {
     if (a.width != b.width) return a.width > b.width;
-    return a.width == width && node_of(a.origin) < node_of(b.origin);
+    return a.width == width && comes_before(node_of(a.origin), node_of(b.origin));
   });
 }
 
@@ -176,56 +162,10 @@ void FileGrid::each_leaf(const TakeLeaf& take, const std::function<bool()>& enou
     if (!marked_) return read_leaves(take, enough);
     const std::vector<LeafMask>& masks = topology_.masks;
     tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t n) {
-      take(n, MadeLeaf(masks[n], each_voxel([&](std::size_t i) {
-                         return masks[n].isOn(static_cast<openvdb::Index>(i));
-                       })));
+      take(n, MadeLeaf(masks[n],
+                       each_voxel([&](std::size_t i) { return masks[n].isOn(unsigned(i)); })));
     });
   });
-}
-
-void skip_string(std::istream& stream) {
-  std::uint32_t length = 0;
-  stream.read(reinterpret_cast<char*>(&length), sizeof length);
-  stream.seekg(length, std::ios_base::cur);
-}
-
-void check_strings(std::istream& stream, int count) {
-  const auto begin = stream.tellg();
-  for (; count > 0; --count) skip_string(stream);
-  stream.seekg(begin);
-}
-
-void read_metadata(openvdb::MetaMap& metadata, std::istream& stream, std::string* delayed_load) {
-  std::uint32_t count = 0;
-  stream.read(reinterpret_cast<char*>(&count), sizeof count);
-  for (; count > 0; --count) {
-    const std::string name = read_block(stream), type = read_block(stream);
-    std::string value = read_block(stream);
-    // its own lengths can claim any memory
-    if (type == delayed_load_type) {
-      if (delayed_load) *delayed_load = std::move(value);
-      continue;
-    }
-    openvdb::Metadata::Ptr made;
-    if (openvdb::Metadata::isRegisteredType(type))
-      made = openvdb::Metadata::createMetadata(type);
-    else
-      made = std::make_shared<openvdb::UnknownMetadata>(type);
-    // types of one size read that size, whatever the file's length says
-    const auto length = static_cast<std::uint32_t>(value.size());
-    std::istringstream own(std::string(reinterpret_cast<const char*>(&length), sizeof length) +
-                           value);
-    made->read(own);
-    if (!own) OPENVDB_THROW(openvdb::IoError, "the metadata '" + name + "' are cut off");
-    metadata.insertMeta(name, *made);
-  }
-}
-
-MetadataText text_of(const openvdb::MetaMap& metadata) {
-  MetadataText text;
-  for (auto it = metadata.beginMeta(); it != metadata.endMeta(); ++it)
-    if (it->second) text[it->first] = it->second->str();
-  return text;
 }
 
 std::string evidence_of_z_up(const MetadataText& file, const std::vector<std::string>& names,

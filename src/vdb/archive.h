@@ -1,8 +1,5 @@
 #pragma once
 
-#include <openvdb/io/io.h>
-#include <openvdb/openvdb.h>
-
 #include <cstdint>
 #include <functional>
 #include <istream>
@@ -20,21 +17,22 @@
 
 namespace psivox::vdb {
 
-/// A grid without its tree, and where that ends.
+/// What stands before a grid's tree.
 struct TreeHead {
-  openvdb::GridBase::Ptr grid;
+  GridHead head;
+  ValueCoding coding;
   std::string delayed_load{};  ///< bytes of the metadata for delayed loading, if it has them
-  std::int64_t end = 0;        ///< [bytes]
+  std::int64_t end = 0;        ///< of the grid [bytes]
 };
 
 /// A .vdb open for reading, its directory read.
 ///
-/// It replaces openvdb::io::File for two reasons. That class refuses a whole file if one grid has
-/// an unregistered type, and it does not notice a read beyond the end of the file, so a truncated
-/// grid has uninitialised values. Here the stream throws, and positions are first checked against
-/// the file's size. Nothing is loaded later, so a file that shrinks meanwhile cannot crash the
-/// program.
-class Archive final : public GridFile, private openvdb::io::Archive {
+/// It reads what openvdb::io::File would, for three reasons. To load OpenVDB takes longer than to
+/// read a small file. That class refuses a whole file if one grid has an unregistered type, and it
+/// does not notice a read beyond the end of the file, so a truncated grid has uninitialised values.
+/// Here the stream throws, and positions are first checked against the file's size. Nothing is
+/// loaded later, so a file that shrinks meanwhile cannot crash the program.
+class Archive final : public GridFile {
  public:
   /// Throws Error(input) if the file is no .vdb, or ends within its first directory entry.
   explicit Archive(std::shared_ptr<FileBlocks> file, Progress progress = {});
@@ -42,28 +40,27 @@ class Archive final : public GridFile, private openvdb::io::Archive {
   MetadataText metadata_of(const GridEntry& entry) override;
   std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked) override;
 
-  /// The entry's grid without its tree, at which the stream is now. A tree that grids share is in
-  /// the file once. Throws if the file is damaged.
+  /// Reads what stands before the entry's tree, at which the stream is then. A tree that grids
+  /// share is in the file once. Throws if the file is damaged.
   TreeHead begin_tree(const GridEntry& entry);
   std::istream& stream() { return stream_; }
   FileBuffer& buffer() { return buffer_; }
 
   /// Whether the file's format is too old for `begin_tree`.
-  bool is_old() const {
-    return fileVersion() < openvdb::OPENVDB_FILE_VERSION_NODE_MASK_COMPRESSION;
-  }
-  /// A file in memory, in today's format, that has the entry's grid alone.
-  std::shared_ptr<FileBlocks> rewritten(const GridEntry& entry);
+  bool is_old() const;
+  /// A file in memory, in today's format, that has the entry's grid alone. OpenVDB makes it.
+  std::shared_ptr<FileBlocks> rewritten(const GridEntry& entry) const;
 
  private:
+  void read_header();
   void read_directory();
   void read_entry(GridEntry& entry);
   void skip_grid(GridEntry& entry);
   const GridEntry& parent_of(const GridEntry& entry) const;
   TreeHead begin_grid(const GridEntry& entry);
-  openvdb::GridBase::Ptr read_old(const GridEntry& entry);
 
-  openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it
+  std::uint32_t version_ = 0;  ///< of the format
+  bool has_places_ = false;    ///< of grids, in its directory
 };
 
 /// Reads head and topology of the entry's grid, whatever its type and format.
@@ -86,19 +83,17 @@ struct LeafPlace {
 /// Decodes a grid's leaves, each from its place in the file, without the grid's tree.
 class LeafDecoder {
  public:
-  /// `head` has the grid's type and background. The stream is the one from which its topology was
-  /// read. The file's format must be 222 or later. Inactive voxels that have the background's value
+  /// The file's format must be 222 or later. Inactive voxels that have the background's value
   /// become `fill`, if it is set.
-  LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::GridBase::ConstPtr head,
-              std::istream& stream, std::optional<double> fill = {});
-
-  int channels() const { return channels_; }
+  LeafDecoder(std::shared_ptr<FileBlocks> file, const GridHead& head, const ValueCoding& coding,
+              std::optional<double> fill = {})
+      : file_(std::move(file)), head_(head), coding_(coding), fill_(fill) {}
 
   /// Moves the stream from the beginning of a leaf's values behind their end. Throws if a length is
   /// impossible.
   void skip(std::istream& stream) const;
   /// Skips a leaf that has so many active voxels without reading its mask.
-  void skip(std::istream& stream, int active) const;
+  void skip(std::istream& stream, std::size_t active) const;
 
   /// How many bytes each leaf's values take in the file, as the grid's metadata for delayed loading
   /// say: their kinds, and their compressed lengths. Empty if those metadata do not have all of it,
@@ -110,15 +105,13 @@ class LeafDecoder {
   void decode(std::span<const LeafPlace> places, bool in_runs, const TakeLeaf& take) const;
 
  private:
-  template <typename LeafT>
+  template <typename ValueT>
   void decode_some(std::span<const LeafPlace> places, std::size_t first, bool in_runs,
                    const TakeLeaf& take) const;
 
   std::shared_ptr<FileBlocks> file_;
-  openvdb::GridBase::ConstPtr head_;
-  openvdb::io::StreamMetadata settings_;
+  GridHead head_;
   ValueCoding coding_;
-  int channels_;
   std::optional<double> fill_;
 };
 

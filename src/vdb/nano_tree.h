@@ -27,14 +27,14 @@ NanoType nano_type(std::uint32_t type, std::uint32_t grid_class);
 struct NanoSource {
   const GridFile& file;
   const GridEntry& entry;
-  bool marked;                  ///< see GridFile::open
-  openvdb::GridBase::Ptr head;  ///< without its tree
+  bool marked;  ///< see GridFile::open
+  GridHead head;
   std::uint32_t type, grid_class;
   std::span<const char> bytes;         ///< the first is aligned to 32 bytes
   std::shared_ptr<const void> memory;  ///< keeps them alive
 };
 
-/// Throws openvdb::IoError if a node is not within the bytes.
+/// Throws std::runtime_error if a node is not within the bytes.
 std::unique_ptr<FileGrid> nano_grid(const NanoSource& source);
 
 }  // namespace psivox::vdb

@@ -1,7 +1,5 @@
 #pragma once
 
-#include <openvdb/openvdb.h>
-
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -11,19 +9,31 @@
 #include <istream>
 #include <limits>
 #include <optional>
+#include <stdexcept>
+#include <tuple>
 #include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "field/value_range.h"
-#include "grid_types.h"
+#include "grid_head.h"
 #include "psivox/field.h"
-#include "value_block.h"
-#include "vdb/survey.h"
+#include "survey.h"
+#include "value_types.h"
 
 // What is read of a grid: its topology, and then its leaves.
 
 namespace psivox::vdb {
+
+/// Facts about a tree for the checks and the info rows.
+struct GridSummary {
+  int channels = 0;
+  std::uint64_t active_voxels = 0;  ///< active tiles count with all their voxels
+  std::uint64_t leaves = 0;
+  std::uint64_t active_tiles = 0;
+  Box active_box;
+  glm::dvec3 background{0};  ///< a scalar's in every component
+};
 
 /// A value in a tree's node that fills a cube of voxels. As double it keeps the grid's own type.
 struct TilePart {
@@ -52,19 +62,14 @@ struct TopologyWish {
 };
 
 /// Reads the topology of a grid from the stream, which is at its tree, in a few bytes a leaf: no
-/// node is made. The file's format must be 222 or later. The grid, which is empty, gets the tree's
-/// background. Throws if the file is damaged.
-Topology read_topology(openvdb::GridBase& empty, std::istream& stream,
+/// node is made. The file's format must be 222 or later. The head gets the tree's background.
+/// Throws if the file is damaged.
+Topology read_topology(GridHead& head, std::istream& stream, const ValueCoding& coding,
                        const TopologyWish& wish = {});
 
-inline glm::ivec3 to_ivec3(const openvdb::Coord& c) { return {c.x(), c.y(), c.z()}; }
-
-template <typename ValueT>
-glm::dvec3 to_dvec3(const ValueT& value) {
-  if constexpr (openvdb::VecTraits<ValueT>::IsVec)
-    return {double(value[0]), double(value[1]), double(value[2])};
-  else
-    return {static_cast<double>(value), 0, 0};
+/// Whether a voxel comes before another in OpenVDB's order.
+inline bool comes_before(const glm::ivec3& a, const glm::ivec3& b) {
+  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
 
 /// The smallest box around a leaf's active voxels, of which there are some.
@@ -73,7 +78,7 @@ inline Box active_box_of(const LeafMask& mask) {
   Box box{glm::ivec3(7), glm::ivec3(0)};
   std::uint64_t layers = 0;
   for (int x = 0; x < 8; ++x) {
-    const auto word = mask.getWord<openvdb::Index64>(static_cast<openvdb::Index>(x));
+    const auto word = mask.getWord<std::uint64_t>(static_cast<unsigned>(x));
     if (word == 0) continue;
     box.min.x = std::min(box.min.x, x);
     box.max.x = x;
@@ -90,7 +95,7 @@ inline Box active_box_of(const LeafMask& mask) {
 }
 
 /// Children of an inner node of 2^side in each direction are 2^this voxels wide.
-template <openvdb::Index side>
+template <unsigned side>
 constexpr int child_bits = side == 5 ? 7 : 3;
 
 /// Gathers a grid's topology from its nodes, which come in the tree's order. `ValueT` is the
@@ -106,8 +111,7 @@ class TopologyBuilder {
   /// Comes before tiles.
   void set_background(const ValueT& background) { background_ = background; }
 
-  void add_leaf(const openvdb::Coord& origin, const LeafMask& mask) {
-    const glm::ivec3 at = to_ivec3(origin);
+  void add_leaf(const glm::ivec3& at, const LeafMask& mask) {
     found_.leaves.push_back(at);
     found_.active.push_back(static_cast<std::uint16_t>(mask.countOn()));
     if (wish_.masks) found_.masks.push_back(mask);
@@ -117,13 +121,12 @@ class TopologyBuilder {
     box_ = {glm::min(box_.min, at + box.min), glm::max(box_.max, at + box.max)};
   }
 
-  void add_tile(const openvdb::Coord& origin, int width, const ValueT& value, bool active) {
+  void add_tile(const glm::ivec3& origin, int width, const ValueT& value, bool active) {
     if (!active && same_values(value, background_)) {
-      if (wish_.background)
-        found_.tiles.push_back({to_ivec3(origin), width, *wish_.background, false});
+      if (wish_.background) found_.tiles.push_back({origin, width, *wish_.background, false});
       return;
     }
-    const TilePart tile{to_ivec3(origin), width, to_dvec3(value), active};
+    const TilePart tile{origin, width, to_dvec3(value), active};
     found_.tiles.push_back(tile);
     if (!active) return;
     ++found_.summary.active_tiles;
@@ -133,14 +136,14 @@ class TopologyBuilder {
 
   /// Takes an inner node, of 2^side tiles or children in each direction: its tiles, whose values
   /// value_of(n) are, and then its children, by take_child(n, origin).
-  template <openvdb::Index side, typename ValueOf, typename TakeChild>
-  void add_inner(const openvdb::Coord& origin, const openvdb::util::NodeMask<side>& children,
+  template <unsigned side, typename ValueOf, typename TakeChild>
+  void add_inner(const glm::ivec3& origin, const openvdb::util::NodeMask<side>& children,
                  const openvdb::util::NodeMask<side>& active, const ValueOf& value_of,
                  const TakeChild& take_child) {
-    const auto place = [&](openvdb::Index n) {
-      constexpr openvdb::Index low = (1 << side) - 1;
-      return origin + (openvdb::Coord(int(n >> 2 * side), int(n >> side & low), int(n & low))
-                       << child_bits<side>);
+    const auto place = [&](unsigned n) {
+      constexpr unsigned low = (1 << side) - 1;
+      return origin +
+             (glm::ivec3(n >> 2 * side, n >> side & low, n & low) << glm::ivec3(child_bits<side>));
     };
     for (auto n = children.beginOff(); n; ++n)
       add_tile(place(n.pos()), 1 << child_bits<side>, value_of(n.pos()), active.isOn(n.pos()));
@@ -151,7 +154,7 @@ class TopologyBuilder {
     std::stable_sort(found_.tiles.begin(), found_.tiles.end(),
                      [](const TilePart& a, const TilePart& b) { return a.width > b.width; });
     GridSummary& summary = found_.summary;
-    summary.channels = openvdb::VecTraits<ValueT>::IsVec ? 3 : 1;
+    summary.channels = ValueTraits<ValueT>::channels;
     summary.leaves = found_.leaves.size();
     if (summary.active_voxels > 0) summary.active_box = box_;
     summary.background =
@@ -210,7 +213,7 @@ auto each_voxel(const ValueOf& value_of) {
 /// How many points each voxel of a leaf has.
 using PointCounts = std::array<std::int32_t, kLeafVoxels>;
 
-/// The same from the offsets behind each voxel's last point. Throws openvdb::IoError.
+/// The same from the offsets behind each voxel's last point. Throws std::runtime_error.
 template <typename EndOf>
 PointCounts point_counts(const EndOf& end_of) {
   PointCounts counts;
@@ -218,7 +221,7 @@ PointCounts point_counts(const EndOf& end_of) {
   for (std::size_t i = 0; i < kLeafVoxels; ++i) {
     const std::uint32_t end = end_of(i), count = end - last;
     if (end < last || count > std::uint32_t(std::numeric_limits<std::int32_t>::max()))
-      throw openvdb::IoError("its points are out of order");
+      throw std::runtime_error("its points are out of order");
     counts[i] = std::int32_t(count);
     last = end;
   }

@@ -13,7 +13,6 @@
 
 #include "base/text.h"
 #include "field/value_range.h"
-#include "grid_types.h"
 #include "psivox/error.h"
 
 namespace psivox::vdb {
@@ -47,7 +46,7 @@ void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
 }
 
 void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& options) {
-  const auto channels = static_cast<openvdb::Index>(field.channels);
+  const auto channels = static_cast<unsigned>(field.channels);
   set_percentiles(field, options.percentiles, [&](const auto& take) {
     for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
       for (auto on = voxels.active[n].beginOn(); on; ++on)
@@ -73,7 +72,7 @@ class Reading {
         read_(file.open(entry, options.active)),
         grid_(*read_) {
     field_.name = entry.name + (options.active ? ":active" : "");
-    field_.value_type = options.active ? "float" : value_type_of(entry.descriptor.gridType());
+    field_.value_type = options.active ? "float" : value_type_of(entry.type);
     field_.channels = grid_.channels();
   }
 
@@ -81,8 +80,7 @@ class Reading {
     const GridSummary& summary = grid_.summary();
     if (options_.empty && summary.active_voxels == 0) {
       field_.active_box = {glm::ivec3(0), glm::ivec3(0)};
-      if (grid_.head().transform().isLinear())
-        field_.world_from_index = world_from_index(grid_.head().transform());
+      field_.world_from_index = grid_.head().transform.world_from_index;
       return {field_};
     }
     const std::optional<double> background = other_background(grid_, options_, subject_);
@@ -92,10 +90,11 @@ class Reading {
       explained([&] { grid_.set_background(*background); });
       notice(text);
     }
-    refuse(problem_of(grid_.head(), summary));
-    set_place(grid_.head(), summary);
+    const Transform& transform = grid_.head().transform;
+    refuse(problem_of(transform, summary));
+    set_place(transform.world_from_index, summary);
     if (stays) {
-      add_class_notices(grid_.head());
+      add_class_notices();
       leave_in_file();
       return {std::move(field_)};
     }
@@ -122,18 +121,17 @@ class Reading {
     or_input_error(work, [&](const std::exception& e) { return subject_ + e.what(); });
   }
 
-  void add_class_notices(const openvdb::GridBase& grid) {
-    if (grid.getGridClass() == openvdb::GRID_STAGGERED)
+  void add_class_notices(bool wrong_class = false) {
+    if (grid_.head().grid_class == staggered_class)
       notice(
           "its class is 'staggered', but its components are taken at voxels, not at their faces");
-    if (is_fog_of_wrong_class(grid))
-      notice("its class is 'level set', but its background is 0: taken as fog");
+    if (wrong_class) notice("its class is 'level set', but its background is 0: taken as fog");
   }
 
-  void set_place(const openvdb::GridBase& grid, const GridSummary& summary) {
+  void set_place(const glm::dmat4& world_from_index, const GridSummary& summary) {
     field_.active_box = summary.active_box;
     field_.active_voxels = summary.active_voxels;
-    field_.world_from_index = world_from_index(grid.transform());
+    field_.world_from_index = world_from_index;
   }
 
   LeafSurvey leaf_survey(bool ranges) const {
@@ -148,8 +146,9 @@ class Reading {
     const bool too_large = options_.memory > 0 && bytes > options_.memory;
     if (grid_.summary().active_voxels == 0 || !(too_large || options_.in_file)) return false;
     std::string why = grid_.why_whole();
-    if (why.empty() && is_level_set(grid_.head())) why = "a level set is converted whole";
-    if (why.empty() && !grid_.head().transform().isLinear())
+    if (why.empty() && is_level_set(grid_.head(), grid_.summary()))
+      why = "a level set is converted whole";
+    if (why.empty() && !grid_.head().transform.is_linear())
       why = "a frustum transform is resampled whole";
     if (why.empty() && background.value_or(0) != 0)
       why = "a background is replaced in the whole grid";
@@ -160,13 +159,14 @@ class Reading {
   }
 
   bool needs_tree() const {
-    const openvdb::GridBase& head = grid_.head();
-    return is_level_set(head) || is_fog_of_wrong_class(head) || !head.transform().isLinear();
+    const GridHead& head = grid_.head();
+    return is_level_set(head, grid_.summary()) || is_fog_of_wrong_class(head, grid_.summary()) ||
+           !head.transform.is_linear();
   }
 
   /// Reads leaves and cleans them as they come.
   ValueSurvey take_leaves(Voxels& voxels) {
-    add_class_notices(grid_.head());
+    add_class_notices();
     const std::size_t count = grid_.topology().leaves.size();
     const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
     const std::shared_ptr<float[]> values = whole_pages(count * length);
@@ -188,57 +188,28 @@ class Reading {
     return sum.total();
   }
 
-  /// Converts a tree: a level set to fog or, if the options say so, to distances; a frustum to
-  /// cubic voxels.
+  /// Takes what OpenVDB makes of a level set or a frustum.
   ValueSurvey take_tree(Voxels& voxels) {
-    openvdb::GridBase::Ptr tree = float_tree(grid_);
-    if (is_fog_of_wrong_class(grid_.head())) complete_level_set(floats(*tree));
-    add_class_notices(*tree);
-    if (is_level_set(*tree)) {
-      convert_level_set(floats(*tree));
-      if (tree->activeVoxelCount() == 0)
-        refuse("is a level set without an inside: nothing to render");
-    }
-    if (!tree->transform().isLinear()) {
-      if (options_.strict)
-        refuse(
-            "has a frustum transform, which strict reading does not resample; resample it where"
-            " the file is made");
-      std::string done;
-      explained([&] { tree = resample_to_linear(tree, done); });
-      notice(done);
-    }
-    Topology topology;
-    voxels = voxels_of(tree, topology);
-    refuse(problem_of(*tree, topology.summary));
-    set_place(*tree, topology.summary);
-    const std::vector<glm::ivec3>& origins = topology.leaves;
+    ConvertedGrid made;
+    explained([&] {
+      made = trees().convert(
+          {grid_.head(), grid_.topology(), [&](const TakeLeaf& take) { grid_.each_leaf(take); }},
+          options_);
+    });
+    add_class_notices(made.wrong_class);
+    for (const std::string& text : made.notices) notice(text);
+    refuse(problem_of({.world_from_index = made.world_from_index}, made.summary));
+    set_place(made.world_from_index, made.summary);
+    field_.half_width = made.half_width;
+    voxels = std::move(made.voxels);
     const LeafSurvey survey = leaf_survey(options_.role == GridRole::data);
     SurveySum sum;
-    tbb::parallel_for(std::size_t{0}, origins.size(), [&](std::size_t n) {
-      sum.add(survey.take(origins[n], voxels.leaves[n], voxels.active[n]));
+    tbb::parallel_for(std::size_t{0}, made.origins.size(), [&](std::size_t n) {
+      sum.add(survey.take(made.origins[n], voxels.leaves[n], voxels.active[n]));
     });
-    for (std::size_t n = 0; n < origins.size(); ++n)
-      field_.leaves.push_back({origins[n], voxels.leaves[n]});
+    for (std::size_t n = 0; n < made.origins.size(); ++n)
+      field_.leaves.push_back({made.origins[n], voxels.leaves[n]});
     return sum.total();
-  }
-
-  static openvdb::FloatGrid& floats(openvdb::GridBase& tree) {
-    return static_cast<openvdb::FloatGrid&>(tree);
-  }
-
-  void convert_level_set(openvdb::FloatGrid& tree) {
-    if (!options_.distances) {
-      make_fog(tree);
-      return notice(
-          "level set converted to fog: 0 at its surface, 1 at the depth of its narrow band");
-    }
-    field_.half_width = double(tree.background());
-    make_distances(tree);
-    notice(
-        formatted("level set kept as distances, which it has within %g [world units] of its "
-                  "surface",
-                  field_.half_width));
   }
 
   /// Sets tiles. Returns what is found in them; +Inf stays.

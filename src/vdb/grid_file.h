@@ -1,8 +1,5 @@
 #pragma once
 
-#include <openvdb/io/GridDescriptor.h>
-#include <openvdb/openvdb.h>
-
 #include <functional>
 #include <istream>
 #include <map>
@@ -11,23 +8,25 @@
 #include <string>
 #include <vector>
 
+#include "grid_head.h"
+#include "reader.h"
+#include "survey.h"
 #include "topology.h"
-#include "vdb/reader.h"
-#include "vdb/survey.h"
 
 namespace psivox::vdb {
 
 class FileGrid;
 
-/// Metadata as text, by name.
-using MetadataText = std::map<std::string, std::string>;
-MetadataText text_of(const openvdb::MetaMap& metadata);
-
 /// One grid as the file's directory lists it.
 struct GridEntry {
-  std::string name;                        ///< as --grid takes it
-  openvdb::io::GridDescriptor descriptor;  ///< type, half, positions in the file
-  std::string problem;                     ///< why it cannot be read; else empty
+  std::string name{};               ///< as --grid takes it
+  std::string base_name{};          ///< as the file has it: names may repeat
+  std::string unique_name{};        ///< with what makes it differ from others: see name_entries
+  std::string parent{};             ///< unique_name of the grid that has the tree, if it is another
+  std::string type{};               ///< OpenVDB's: Tree_float_5_4_3
+  bool half = false;                ///< real numbers are stored in 16 bits
+  std::int64_t begin = 0, end = 0;  ///< in the file [bytes]
+  std::string problem{};            ///< why it cannot be read; else empty
 };
 
 /// A message for the user, in one line, about an exception from a library or the stream.
@@ -92,8 +91,7 @@ class FileGrid {
   FileGrid(const FileGrid&) = delete;
   FileGrid& operator=(const FileGrid&) = delete;
 
-  /// Type, metadata, transform and background of the grid, without nodes.
-  const openvdb::GridBase& head() const { return *head_; }
+  const GridHead& head() const { return head_; }
   const Topology& topology() const { return topology_; }
   const GridSummary& summary() const { return topology_.summary; }
   int channels() const { return topology_.summary.channels; }
@@ -122,7 +120,7 @@ class FileGrid {
       : grid_file_(file), entry_(entry), marked_(marked) {}
 
   /// Sets the grid's head and topology, and what `marked` makes of them.
-  void begin(openvdb::GridBase::Ptr head, bool masks);
+  void begin(GridHead head, bool masks);
 
   /// The topology of a grid whose head is set. Gives the head its background.
   virtual Topology read_topology(const TopologyWish& wish) = 0;
@@ -133,7 +131,7 @@ class FileGrid {
   /// Does work that reads the grid, as GridFile::guarded does.
   void guarded(const std::function<void()>& work) const { grid_file_.guarded(entry_, work); }
 
-  openvdb::GridBase::Ptr head_;
+  GridHead head_;
   Topology topology_;
   std::optional<double> fill_;  ///< in place of the background
 
@@ -151,19 +149,6 @@ bool is_nano(FileBlocks& file);
 /// Opens a .nvdb. Throws Error(input) if it is damaged before its first grid, or of another major
 /// version than psivox reads.
 std::unique_ptr<GridFile> open_nano_file(std::shared_ptr<FileBlocks> file, Progress progress = {});
-
-/// Reads metadata, each from its own bytes. OpenVDB would allocate what lengths in the file claim
-/// and go on where a value ends by its type; here the stream throws if a length is beyond its end.
-/// Metadata for delayed loading are left out; `delayed_load` gets their bytes.
-void read_metadata(openvdb::MetaMap& metadata, std::istream& stream,
-                   std::string* delayed_load = nullptr);
-
-/// Moves the stream behind a string, which is a length and that many bytes.
-void skip_string(std::istream& stream);
-
-/// Throws if strings that OpenVDB is to read next are longer than the rest of the file. The stream
-/// stays.
-void check_strings(std::istream& stream, int count);
 
 /// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata
 /// of each grid, `names` the grids' names.

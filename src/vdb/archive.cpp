@@ -1,0 +1,202 @@
+#include "archive.h"
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+#include "trees.h"
+
+namespace psivox::vdb {
+namespace {
+
+// versions of the format since which files have something
+constexpr std::uint32_t with_flags = 212, with_instances = 216, with_uuid_as_text = 218,
+                        with_compression_of_file = 220, with_node_masks = 222, with_passes = 224;
+
+/// Throws for a file of another format.
+void refuse_foreign(FileBlocks& file) {
+  constexpr std::string_view magic = " BDV";  // of a .vdb
+  const FileRun first = file.run(0, 1);
+  const std::string_view head(first.bytes.get(), std::size_t(first.size));
+  if (head.starts_with(magic)) return;
+  if (const std::string format = foreign_format(file.path(), head); !format.empty())
+    throw Error(ExitCode::input, file.path() + ": " + format);
+}
+
+/// Throws if OpenVDB cannot be asked for it.
+OldGrid old_grid(const GridEntry& entry) {
+  if (stored_like(entry.type) != entry.type)
+    throw std::runtime_error("a grid of its type in so old a format is not supported");
+  return {entry.type, entry.half, entry.begin, entry.end};
+}
+
+}  // namespace
+
+Archive::Archive(std::shared_ptr<FileBlocks> file, Progress progress)
+    : GridFile(std::move(file), std::move(progress)) {
+  refuse_foreign(*file_);
+  try {
+    read_header();
+    file_metadata_ = read_metadata(stream_);
+    read_directory();
+  } catch (const std::exception& e) {
+    throw Error(ExitCode::input,
+                subject(path()) + "is not a VDB file or is damaged: " + explain(e));
+  }
+  name_entries();
+}
+
+bool Archive::is_old() const { return version_ < with_node_masks; }
+
+void Archive::read_header() {
+  constexpr std::int64_t magic = 0x56444220;  // OpenVDB's
+  constexpr int library_version = 8, uuid = 16, uuid_as_text = 36;
+  if (take<std::int64_t>(stream_) != magic) throw std::runtime_error("it begins otherwise");
+  version_ = take<std::uint32_t>(stream_);
+  if (version_ < with_flags)
+    throw std::runtime_error("its format, " + std::to_string(version_) + ", is too old");
+  stream_.seekg(library_version, std::ios_base::cur);
+  has_places_ = take<char>(stream_) != 0;
+  int rest = version_ < with_uuid_as_text ? uuid : uuid_as_text;
+  if (version_ >= with_compression_of_file && is_old()) ++rest;  // whether it is compressed
+  stream_.seekg(rest, std::ios_base::cur);
+}
+
+void Archive::read_directory() {
+  const auto count = take<std::int32_t>(stream_);
+  for (std::int32_t i = 0; i < count; ++i) {
+    GridEntry entry;
+    try {
+      read_entry(entry);
+    } catch (const std::exception& e) {
+      // Grids listed before can still be read; without a type this one cannot be listed.
+      if (entries_.empty() && entry.type.empty()) throw;
+      if (entry.type.empty()) return;
+      entry.problem = "cannot be read: " + explain(e);
+      entries_.push_back(std::move(entry));
+      return;
+    }
+    const bool cut_short = has_places_ && entry.end > file_->size();
+    if (cut_short && i + 1 < count) {
+      entry.problem += "; " + std::to_string(count - i - 1) + " more behind it cannot be found";
+    }
+    if (has_places_ && !cut_short) stream_.seekg(entry.end);
+    entries_.push_back(std::move(entry));
+    if (cut_short) return;
+  }
+}
+
+void Archive::read_entry(GridEntry& entry) {
+  constexpr std::string_view half = "_HalfFloat";
+  entry.unique_name = read_string(stream_);
+  std::string type = read_string(stream_);
+  if (version_ >= with_instances) entry.parent = read_string(stream_);
+  const auto places = take<std::array<std::int64_t, 3>>(stream_);
+  entry.half = type.ends_with(half);
+  if (entry.half) type.resize(type.size() - half.size());
+  entry.type = std::move(type);
+  entry.begin = places[0];
+  entry.end = places[2];
+  if (channels_of(entry.type) == 0) entry.problem = unsupported_type(entry.type);
+  if (!has_places_) {
+    skip_grid(entry);
+    return;
+  }
+  // Positions only grow, so the loop over the directory ends for any file.
+  if (entry.begin < std::int64_t(stream_.tellg()) || entry.end < entry.begin)
+    throw std::runtime_error("its position in the file is impossible");
+  if (entry.end > file_->size())
+    entry.problem = "is cut short: it needs " + std::to_string(entry.end) +
+                    " bytes, the file has " + std::to_string(file_->size());
+}
+
+/// Finds the positions of a grid in a file that has none (one that was written to a pipe). The
+/// stream is at the grid and goes behind it.
+void Archive::skip_grid(GridEntry& entry) {
+  constexpr std::int64_t mask_leaf = 64 + 3 * 4;  // the mask once more, and the origin [bytes]
+  entry.begin = stream_.tellg();
+  entry.end = file_->size();
+  if (channels_of(entry.type) == 0)
+    throw std::runtime_error("grids behind it cannot be found, because its length is not known");
+  if (is_old()) {
+    stream_.seekg(trees().rewritten(*file_, old_grid(entry), nullptr).end);
+  } else if (const TreeHead tree = begin_grid(entry); entry.parent.empty()) {
+    GridHead head = tree.head;
+    const std::size_t leaves = read_topology(head, stream_, tree.coding).leaves.size();
+    if (is_points(entry.type)) {
+      stream_.seekg(read_point_counts(leaves, stream_, [](std::size_t, const PointCounts&) {}),
+                    std::ios_base::cur);
+    } else if (is_mask(entry.type)) {
+      stream_.seekg(mask_leaf * std::int64_t(leaves), std::ios_base::cur);
+    } else {
+      const LeafDecoder decoder(nullptr, head, tree.coding);
+      for (std::size_t n = 0; n < leaves; ++n) decoder.skip(stream_);
+    }
+  }
+  entry.end = stream_.tellg();
+}
+
+/// The grid that has an instance's tree.
+const GridEntry& Archive::parent_of(const GridEntry& entry) const {
+  for (const GridEntry& parent : entries_)
+    if (parent.unique_name == entry.parent) return parent;
+  throw std::runtime_error("the grid that has its tree is missing");
+}
+
+TreeHead Archive::begin_tree(const GridEntry& entry) {
+  TreeHead own = begin_grid(entry);
+  if (entry.parent.empty()) return own;
+  TreeHead tree = begin_grid(parent_of(entry));
+  if (tree.head.type != own.head.type)
+    throw std::runtime_error("the grid that has its tree is of another type");
+  tree.head = std::move(own.head);
+  return tree;
+}
+
+/// Reads what stands before a grid's tree.
+TreeHead Archive::begin_grid(const GridEntry& entry) {
+  TreeHead tree;
+  tree.end = entry.end;
+  stream_.clear();
+  stream_.seekg(entry.begin);
+  buffer_.expect(entry.end - entry.begin);
+  tree.coding = {take<std::uint32_t>(stream_), entry.half};
+  constexpr std::uint32_t known = ValueCoding::zip | ValueCoding::active_mask | ValueCoding::blosc;
+  if (tree.coding.compression & ~known)
+    throw std::runtime_error("it is compressed by an unknown codec");
+  GridHead& head = tree.head;
+  head.type = value_type_number(stored_like(entry.type));
+  head.metadata = read_metadata(stream_, &tree.delayed_load);
+  head.grid_class = class_in(head.metadata);
+  head.transform = read_transform(stream_);
+  if (is_points(entry.type) && version_ < with_passes)
+    throw std::runtime_error("points in a file of so old a format are not supported");
+  return tree;
+}
+
+std::shared_ptr<FileBlocks> Archive::rewritten(const GridEntry& entry) const {
+  const OldGrid own = old_grid(entry);
+  const OldGrid parent = entry.parent.empty() ? own : old_grid(parent_of(entry));
+  return std::make_shared<FileBlocks>(
+      path(), trees().rewritten(*file_, own, entry.parent.empty() ? nullptr : &parent).bytes);
+}
+
+std::unique_ptr<FileGrid> Archive::open(const GridEntry& entry, bool marked) {
+  return open_archive_grid(*this, entry, file_, marked);
+}
+
+MetadataText Archive::metadata_of(const GridEntry& entry) {
+  if (!entry.problem.empty()) return {};
+  try {
+    stream_.clear();
+    stream_.seekg(entry.begin);
+    if (!is_old()) take<std::uint32_t>(stream_);  // its compression
+    return read_metadata(stream_);
+  } catch (const std::exception&) {  // reading the grid says what is wrong with it
+    return {};
+  }
+}
+
+}  // namespace psivox::vdb

@@ -1,0 +1,168 @@
+#include "archive.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <exception>
+#include <limits>
+#include <type_traits>
+#include <utility>
+
+namespace psivox::vdb {
+namespace {
+
+constexpr std::size_t decoded_per_task = 64;
+constexpr std::int64_t widest_gap = 4 << 10;  // that is read rather than skipped [bytes]
+
+/// A leaf as its grid has it.
+template <typename ValueT>
+struct StoredLeaf {
+  LeafMask active;
+  std::array<ValueT, kLeafVoxels> values;
+};
+
+/// A leaf of bools stores its origin, and values as bits, which are not compressed. [bytes]
+constexpr std::int64_t origin_of_bools = 3 * 4;
+
+template <typename ValueT>
+void skip_behind_mask(std::istream& stream, std::size_t active, const ValueCoding& coding) {
+  if constexpr (is_bool<ValueT>)
+    stream.seekg(origin_of_bools + std::int64_t(sizeof(LeafMask)), std::ios_base::cur);
+  else
+    skip_values<ValueT, LeafMask>(stream, active, coding);
+}
+
+template <typename ValueT>
+void read_leaf(std::istream& stream, const ValueT& background, const ValueCoding& coding,
+               StoredLeaf<ValueT>& leaf) {
+  leaf.active.load(stream);
+  if constexpr (is_bool<ValueT>) {
+    stream.seekg(origin_of_bools, std::ios_base::cur);
+    LeafMask values;
+    values.load(stream);
+    for (unsigned i = 0; i < kLeafVoxels; ++i) leaf.values[i] = values.isOn(i);
+  } else {
+    read_values(stream, leaf.active, background, coding, leaf.values.data());
+  }
+}
+
+template <typename ValueT, typename Number>
+void copy_values(const std::array<ValueT, kLeafVoxels>& from, Number* to) {
+  for (const ValueT& value : from)
+    for (int c = 0; c < ValueTraits<ValueT>::channels; ++c) *to++ = component_of<Number>(value, c);
+}
+
+/// Takes a number from the front of bytes, if they have it.
+std::optional<std::uint32_t> take_number(std::string_view& bytes) {
+  std::uint32_t number;
+  if (bytes.size() < sizeof number) return {};
+  std::memcpy(&number, bytes.data(), sizeof number);
+  bytes.remove_prefix(sizeof number);
+  return number;
+}
+
+/// Takes an array, which OpenVDB has written as its length and what Blosc makes of it, or as 0 and
+/// itself. Empty if it is no array of `count` items.
+template <typename T>
+std::vector<T> take_array(std::string_view& bytes, std::size_t count) {
+  const std::optional<std::uint32_t> length = take_number(bytes);
+  const std::size_t size = count * sizeof(T);
+  const std::size_t taken = length.value_or(0) > 0 ? *length : size;
+  if (!length || taken > bytes.size() || size > std::numeric_limits<std::int32_t>::max()) return {};
+  const std::string_view stored = bytes.substr(0, taken);
+  bytes.remove_prefix(taken);
+  std::vector<T> array(count);
+  if (*length == 0)
+    std::memcpy(array.data(), stored.data(), size);
+  else
+    expand_blosc(stored, reinterpret_cast<char*>(array.data()), size);
+  return array;
+}
+
+}  // namespace
+
+void LeafDecoder::skip(std::istream& stream) const {
+  LeafMask mask;
+  mask.load(stream);
+  with_value_type(head_.type, [&]<typename ValueT>() {
+    skip_behind_mask<ValueT>(stream, mask.countOn(), coding_);
+  });
+}
+
+void LeafDecoder::skip(std::istream& stream, std::size_t active) const {
+  stream.seekg(sizeof(LeafMask), std::ios_base::cur);
+  with_value_type(head_.type,
+                  [&]<typename ValueT>() { skip_behind_mask<ValueT>(stream, active, coding_); });
+}
+
+std::vector<std::int64_t> LeafDecoder::lengths(std::string_view metadata,
+                                               const Topology& topology) const {
+  constexpr auto mask_bytes = static_cast<std::int64_t>(sizeof(LeafMask));
+  const std::size_t count = topology.leaves.size();
+  const std::int64_t value_bytes =
+      with_value_type(head_.type, []<typename ValueT>() { return std::int64_t(sizeof(ValueT)); });
+  std::vector<std::int64_t> lengths;
+  try {
+    if (take_number(metadata) != count) return {};
+    const auto kinds = take_array<std::int8_t>(metadata, count);
+    lengths = take_array<std::int64_t>(metadata, kinds.size());
+    for (std::size_t n = 0; n < lengths.size(); ++n) {
+      const StoredKind kind(
+          coding_.compression & ValueCoding::active_mask ? kinds[n] : StoredKind::all_values);
+      // OpenVDB counts the length of a block of nothing, which half floats do not have
+      if (coding_.half && !kind.all && topology.active[n] == 0) lengths[n] = 0;
+      if (lengths[n] < 0 || lengths[n] > (1 << 20)) return {};
+      lengths[n] += mask_bytes + 1 + kind.inactive * value_bytes + (kind.mask ? mask_bytes : 0);
+    }
+  } catch (const std::exception&) {  // of Blosc
+    return {};
+  }
+  return lengths;
+}
+
+template <typename ValueT>
+void LeafDecoder::decode_some(std::span<const LeafPlace> places, std::size_t first, bool in_runs,
+                              const TakeLeaf& take) const {
+  const auto background = head_.background<ValueT>();
+  FileBuffer buffer(*file_);
+  std::istream stream(&buffer);
+  stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+  StoredLeaf<ValueT> leaf;
+  const MadeLeaf decoded(leaf.active, [&](auto* to) { copy_values(leaf.values, to); });
+  std::size_t together = 0;  // leaves before this one are in what was read
+  for (std::size_t n = 0; n < places.size(); ++n) {
+    stream.seekg(places[n].begin);
+    if (!in_runs && n == together) {
+      while (++together < places.size())
+        if (const auto gap = places[together].begin - places[together - 1].end;
+            gap < 0 || gap > widest_gap)
+          break;
+      buffer.read_only(places[together - 1].end - places[n].begin);
+    }
+    read_leaf(stream, background, coding_, leaf);
+    if (stream.tellg() != places[n].end)
+      throw std::runtime_error("a block of its values has another length");
+    if (fill_) {
+      const auto fill = value_from<ValueT>(*fill_);
+      for (auto off = leaf.active.beginOff(); off; ++off)
+        if (ValueT& value = leaf.values[off.pos()]; same_values(value, background)) value = fill;
+    }
+    take(first + n, decoded);
+  }
+}
+
+void LeafDecoder::decode(std::span<const LeafPlace> places, bool in_runs,
+                         const TakeLeaf& take) const {
+  const std::size_t tasks = (places.size() + decoded_per_task - 1) / decoded_per_task;
+  with_value_type(head_.type, [&]<typename ValueT>() {
+    tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t task) {
+      const std::size_t begin = task * decoded_per_task;
+      const std::size_t count = std::min(decoded_per_task, places.size() - begin);
+      decode_some<ValueT>(places.subspan(begin, count), begin, in_runs, take);
+    });
+  });
+}
+
+}  // namespace psivox::vdb

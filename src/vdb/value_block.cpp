@@ -1,0 +1,80 @@
+#include "value_block.h"
+
+#include <blosc.h>
+#include <zlib.h>
+
+#include <cstring>
+#include <string>
+
+namespace psivox::vdb {
+namespace {
+
+/// Blosc's header, whose sizes before and after compression Blosc trusts. [bytes]
+constexpr int blosc_header = 16;
+
+[[noreturn]] void refuse_length() {
+  throw std::runtime_error("a block of its values has an impossible length");
+}
+
+bool blosc_header_fits(const char* header, std::int64_t size, std::int64_t length) {
+  constexpr int size_at = 4, length_at = 12;
+  std::uint32_t stored_size, stored_length;
+  std::memcpy(&stored_size, header + size_at, sizeof stored_size);
+  std::memcpy(&stored_length, header + length_at, sizeof stored_length);
+  return length >= blosc_header && stored_size == size && stored_length == length;
+}
+
+/// The length of a compressed block; 0: its `size` bytes are as they are.
+std::int64_t take_length(std::istream& stream, std::int64_t size) {
+  const auto length = take<std::int64_t>(stream);
+  if (length > 0) return length;
+  if (length != -size) refuse_length();
+  return 0;
+}
+
+}  // namespace
+
+void expand_blosc(std::string_view stored, char* to, std::size_t size) {
+  if (stored.size() < blosc_header ||
+      !blosc_header_fits(stored.data(), std::int64_t(size), std::int64_t(stored.size())))
+    refuse_length();
+  if (blosc_decompress_ctx(stored.data(), to, size, /*numinternalthreads=*/1) != std::int64_t(size))
+    throw std::runtime_error("a block of its values is damaged");
+}
+
+void expand_zip(std::string_view stored, char* to, std::size_t size) {
+  uLongf made = size;
+  const int status = uncompress(reinterpret_cast<Bytef*>(to), &made,
+                                reinterpret_cast<const Bytef*>(stored.data()), stored.size());
+  if (status != Z_OK || made != size) throw std::runtime_error("a block of its values is damaged");
+}
+
+void read_block(std::istream& stream, char* to, std::int64_t size, const ValueCoding& coding) {
+  const std::int64_t length = coding.has_lengths() ? take_length(stream, size) : 0;
+  if (length == 0) {
+    stream.read(to, size);
+    return;
+  }
+  // what cannot be compressed is stored as it is, so that no block is much longer than its values
+  constexpr std::int64_t overhead = 4096;
+  if (length > size + size / 8 + overhead) refuse_length();
+  std::string stored(std::size_t(length), '\0');
+  stream.read(stored.data(), length);
+  // OpenVDB's first choice
+  if (coding.compression & ValueCoding::blosc)
+    expand_blosc(stored, to, std::size_t(size));
+  else
+    expand_zip(stored, to, std::size_t(size));
+}
+
+void skip_block(std::istream& stream, std::int64_t size, const ValueCoding& coding) {
+  const std::int64_t length = coding.has_lengths() ? take_length(stream, size) : 0;
+  if (length > 0 && coding.compression & ValueCoding::blosc) {
+    const auto header = take<std::array<char, blosc_header>>(stream);
+    stream.seekg(-blosc_header, std::ios_base::cur);
+    if (!blosc_header_fits(header.data(), size, length)) refuse_length();
+  }
+  stream.seekg(length > 0 ? length : size, std::ios_base::cur);
+}
+
+}  // namespace psivox::vdb
