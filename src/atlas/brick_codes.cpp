@@ -256,7 +256,7 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                        result.code_places[atlas.pages.slot(entry)] | hidden << entry_slot_bits);
   }
   const std::size_t unit = std::size_t(layout.unit) * records, words = layout.words() * records;
-  result.codes = std::make_shared_for_overwrite<std::uint64_t[]>(words);
+  result.codes = page_array<std::uint64_t>(words);
   const auto store = [&](std::size_t slot) {
     const bool last = slot + 1 == result.bricks.size();
     const std::size_t end = last ? layout.end : result.code_places[slot + 1];

@@ -114,10 +114,10 @@ class Filler {
     const std::size_t texels = result.places.size() * per_brick_;
     result.bricks.resize(result.places.size());
     if (half_) {
-      result.texels16 = std::make_unique_for_overwrite<std::uint16_t[]>(texels);
+      result.texels16 = page_array<std::uint16_t>(texels);
       ask_for_large_pages(result.texels16.get(), texels * sizeof(std::uint16_t));
     } else {
-      result.texels32 = std::make_unique_for_overwrite<float[]>(texels);
+      result.texels32 = page_array<float>(texels);
       ask_for_large_pages(result.texels32.get(), texels * sizeof(float));
     }
   }

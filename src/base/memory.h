@@ -5,6 +5,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <new>
 
 namespace psivox {
 
@@ -21,6 +22,16 @@ bool lacks_threads(const std::exception& error);
 /// From now on this process keeps what it frees for its next allocations. For programs, early: what
 /// runs inside another program leaves the allocator to that one.
 void keep_freed_memory();
+
+/// An array that begins where a page of any system does, and has its pages for itself, so that
+/// another process or a driver can take them. Its values are not initialised.
+template <typename T>
+std::shared_ptr<T[]> page_array(std::size_t count) {
+  constexpr std::size_t page = std::size_t{1} << 16;  // the largest of Linux
+  const std::size_t bytes = (count * sizeof(T) + page - 1) / page * page;
+  return {static_cast<T*>(::operator new (bytes, std::align_val_t{page})),
+          [](T* first) { ::operator delete (first, std::align_val_t{page}); }};
+}
 
 /// Asks the kernel to give an array large pages when it is first written to.
 void ask_for_large_pages(void* first, std::size_t bytes);

@@ -8,6 +8,7 @@
 
 #include "base/text.h"
 #include "field/index_space.h"
+#include "field/lane_range.h"
 #include "field/value_range.h"
 #include "image/srgb_codes.h"
 #include "medium/density_function.h"
@@ -155,10 +156,10 @@ constexpr double least_light = half_code<double> / 12.92;
 Seen what_is_seen(const Scene& scene, const Image& image) {
   Seen seen;
   const auto rgba = image.rgba();
-  for (std::size_t i = 0; i < rgba.size(); ++i) {
-    double& greatest = i % 4 == 3 ? seen.opacity : seen.light;
-    greatest = std::max(greatest, double(rgba[i]));
-  }
+  LaneRange<4> range;
+  for (std::size_t i = 0; i < rgba.size(); i += 4) range.include(&rgba[i]);
+  seen.light = std::max(0.0, double(range.greatest(0, 3)));
+  seen.opacity = std::max(0.0, double(range.greatest(3, 1)));
   const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0)).color;
   const double brightest = std::max({seen.light, behind.x, behind.y, behind.z, 1e-300});
   const double factor = scene.exposure ? std::exp2(*scene.exposure) : 1 / brightest;

@@ -11,6 +11,7 @@
 #include <limits>
 #include <memory>
 #include <string>
+#include <type_traits>
 
 #include "base/memory.h"
 #include "gl/march_program.h"
@@ -42,8 +43,12 @@ class AtlasTextures {
 
  private:
   GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes, GLbitfield flags = 0);
-  /// The same of texels, which it discards if it may.
-  GLuint texel_texture(GLenum format, float* texels, std::size_t count);
+  GLuint texture_of_last_buffer(GLenum format) const;
+  /// A texture of an atlas's array, from the value `first` on. A driver that draws on the CPU uses
+  /// the array itself. Else the values of an array of float32 are discarded if they may be.
+  template <typename T>
+  GLuint texel_texture(GLenum format, const std::shared_ptr<T[]>& array, std::size_t first,
+                       std::size_t count);
   void upload_pages(const std::vector<std::uint32_t>& entries);
   /// Buffers of so many texels together: `upload(first, count)` makes the texture of one.
   template <typename Upload>
@@ -58,9 +63,10 @@ class AtlasTextures {
 
   GLuint pages_ = 0, constants_ = 0, bricks_ = 0;
   std::vector<GLuint> texels_;
-  std::vector<GLuint> storage_;  ///< buffer objects
+  std::vector<GLuint> storage_;                      ///< buffer objects
+  std::vector<std::shared_ptr<const void>> arrays_;  ///< that the driver uses
   std::uint64_t max_texels_ = 0;
-  bool discard_;
+  bool discard_, in_place_;
   int texels_per_buffer_ = brick_texels;
 };
 
@@ -103,6 +109,13 @@ void fill_pairs(GLuint buffer, T* own, T* beside, std::size_t count, bool vector
 /// Texels of three floats that are padded: no limit on memory counts what is added to them, 16 MiB.
 constexpr std::uint64_t most_padded = std::uint64_t{1} << 22;
 
+/// Whether the device's memory is the host's, and a buffer can be the host's array.
+bool draws_from_host() {
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return !test_limits.copies_texels && renderer && is_software(renderer) &&
+         epoxy_has_gl_extension("GL_AMD_pinned_memory");
+}
+
 GLenum buffer_format(const BrickAtlas& atlas) {
   if (atlas.texel == TexelType::float32) return atlas.channels == 1 ? GL_R32F : GL_RGB32F;
   return atlas.channels == 1 ? GL_R16F : GL_RGBA16F;
@@ -112,7 +125,7 @@ GLenum buffer_format(const BrickAtlas& atlas) {
 
 AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside,
                              bool discard)
-    : discard_(discard) {
+    : discard_(discard), in_place_(draws_from_host()) {
   GLint limit = 0;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   max_texels_ = std::uint64_t(limit);
@@ -144,7 +157,7 @@ AtlasTextures::~AtlasTextures() {
 
 GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_t bytes,
                                      GLbitfield flags) {
-  GLuint buffer = 0, texture = 0;
+  GLuint buffer = 0;
   glCreateBuffers(1, &buffer);
   storage_.push_back(buffer);
   // An empty store is not allowed; 16 bytes are a texel of any format.
@@ -152,21 +165,39 @@ GLuint AtlasTextures::buffer_texture(GLenum format, const void* data, std::size_
   if (data && bytes > 0 && bytes < padded.size()) std::memcpy(padded.data(), data, bytes);
   if (bytes < padded.size()) data = padded.data();
   glNamedBufferStorage(buffer, GLsizeiptr(std::max(bytes, padded.size())), data, flags);
+  return texture_of_last_buffer(format);
+}
+
+GLuint AtlasTextures::texture_of_last_buffer(GLenum format) const {
+  GLuint texture = 0;
   glCreateTextures(GL_TEXTURE_BUFFER, 1, &texture);
-  glTextureBuffer(texture, format, buffer);
+  glTextureBuffer(texture, format, storage_.back());
   return texture;
 }
 
-GLuint AtlasTextures::texel_texture(GLenum format, float* texels, std::size_t count) {
+template <typename T>
+GLuint AtlasTextures::texel_texture(GLenum format, const std::shared_ptr<T[]>& array,
+                                    std::size_t first, std::size_t count) {
+  constexpr std::size_t page = 4096;  // of the extension
+  T* const texels = array.get() + first;
+  if (in_place_ && count > 0 && reinterpret_cast<std::uintptr_t>(texels) % page == 0) {
+    constexpr GLenum host_memory = GL_EXTERNAL_VIRTUAL_MEMORY_BUFFER_AMD;
+    storage_.push_back(0);
+    glGenBuffers(1, &storage_.back());
+    glBindBuffer(host_memory, storage_.back());
+    glBufferData(host_memory, GLsizeiptr(count * sizeof(T)), texels, GL_STATIC_DRAW);
+    glBindBuffer(host_memory, 0);
+    arrays_.push_back(array);
+    return texture_of_last_buffer(format);
+  }
   constexpr std::size_t piece = std::size_t{1} << 20;
-  if (!discard_ || count < piece) return buffer_texture(format, texels, count * sizeof(float));
-  const GLuint texture =
-      buffer_texture(format, nullptr, count * sizeof(float), GL_DYNAMIC_STORAGE_BIT);
-  for (std::size_t first = 0; first < count; first += piece) {
-    const std::size_t bytes = std::min(piece, count - first) * sizeof(float);
-    glNamedBufferSubData(storage_.back(), GLintptr(first * sizeof(float)), GLsizeiptr(bytes),
-                         texels + first);
-    discard_values(texels + first, bytes);
+  if (!discard_ || !std::is_same_v<T, float> || count < piece)
+    return buffer_texture(format, texels, count * sizeof(T));
+  const GLuint texture = buffer_texture(format, nullptr, count * sizeof(T), GL_DYNAMIC_STORAGE_BIT);
+  for (std::size_t at = 0; at < count; at += piece) {
+    const std::size_t bytes = std::min(piece, count - at) * sizeof(T);
+    glNamedBufferSubData(storage_.back(), GLintptr(at * sizeof(T)), GLsizeiptr(bytes), texels + at);
+    discard_values(texels + at, bytes);
   }
   return texture;
 }
@@ -198,12 +229,12 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* be
     if (beside) return upload_pairs(atlas, *beside, first, count);
     const std::uint64_t at = first * channels;
     if (atlas.texel == TexelType::float32 && (channels == 1 || texels > most_padded))
-      return texel_texture(format, atlas.texels32.get() + at, count * channels);
+      return texel_texture(format, atlas.texels32, at, count * channels);
     if (atlas.texel == TexelType::float32) {
       const auto four = padded(atlas.texels32.get() + at, count);
       return buffer_texture(GL_RGBA32F, four.data(), four.size() * sizeof(float));
     }
-    if (channels == 1) return buffer_texture(format, atlas.texels16.get() + at, count * 2);
+    if (channels == 1) return texel_texture(format, atlas.texels16, at, count);
     const auto four = padded(atlas.texels16.get() + at, count);
     return buffer_texture(format, four.data(), four.size() * 2);
   });
@@ -212,8 +243,8 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* be
 void AtlasTextures::upload_codes(const BrickAtlas& atlas, bool pairs) {
   const std::uint64_t words = pairs ? 2 : 1;
   upload_texels(atlas.code_count() / words, [&](std::uint64_t first, std::uint64_t count) {
-    return buffer_texture(pairs ? GL_RGBA32UI : GL_RG32UI, atlas.codes.get() + first * words,
-                          count * words * sizeof(std::uint64_t));
+    return texel_texture(pairs ? GL_RGBA32UI : GL_RG32UI, atlas.codes, first * words,
+                         count * words);
   });
 }
 

@@ -12,7 +12,7 @@ class AtlasTextures;
 /// The grids of an atlas on the GPU. Needs a current context for its whole life.
 class GridTextures {
  public:
-  /// `discard`: float32 texels lose their values on the host as they are copied, for exact
+  /// `discard`: float32 texels lose their values on the host if they are copied, for exact
   /// filtering. Throws Error(graphics) beyond the device's limits. The atlas must stay as long as
   /// this.
   GridTextures(const MediumAtlas& atlas, Filter filter, bool discard = false);

@@ -55,6 +55,7 @@ struct TestLimits {
   std::optional<bool> computes{};   ///< compute or fragment shaders; unset: as suits the driver
   int turns_per_pass = 0;           ///< loop turns that a ray may take in one draw
   std::uint64_t buffer_texels = 0;  ///< texels of one texture buffer
+  bool copies_texels = false;       ///< to the device, even where it can use the host's
 };
 
 /// Limits of every GlRenderer of the process. Only tests set them.

@@ -115,55 +115,62 @@ Real least_from(double bound) {
   return std::max(least, std::numeric_limits<Real>::denorm_min());
 }
 
-/// `faintest`: what weighs less does not count. `take(weight)` is called for each of the 512
-/// voxels.
+/// `faintest`: what weighs less does not count. `take(weight)` is called for each voxel that weighs
+/// as much, inside the domain or not.
 template <typename Weight, typename Take>
 LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weight, double faintest,
                        const Take& take) {
   using Real = std::invoke_result_t<Weight, const float*>;
   struct Part {
     double amount = 0;
-    glm::ivec3 low{7}, high{0};
+    unsigned x = 0, y = 0, z = 0;  ///< a bit for each place along the axis
   };
   const auto threshold = least_from<Real>(faintest);
   const int channels = field.channels;
-  const Box domain = field.domain();
+  const Box inside{field.domain().min - leaf.origin, field.domain().max - leaf.origin};
   const CellLattice lattice(field);
-  const bool all_inside = domain.contains(leaf.origin) && domain.contains(leaf.origin + 7);
   const OrderedValues values(field, leaf);
   std::array<Part, 8> parts;
   Real least = std::numeric_limits<Real>::infinity(), greatest = 0;
   // voxels from..to - 1 of a row along z, which belong to one part
-  const auto weigh_row = [&](int x, int y, int from, int to) {
+  const auto weigh_row = [&](int x, int y, int from, int to, Part& part) {
+    const float* const row = values.data() + (x * 8 + y) * 8 * channels;
+    const bool outside =
+        x < inside.min.x || x > inside.max.x || y < inside.min.y || y > inside.max.y;
+    const int first = outside ? 8 : inside.min.z, last = inside.max.z;
     double amount = 0;
-    int first = to, last = from;
+    unsigned places = 0;
     for (int z = from; z < to; ++z) {
-      const Real w = weight(values.data() + ((x * 8 + y) * 8 + z) * channels);
-      take(w);
+      const Real w = weight(row + z * channels);
       if (!(w >= threshold)) continue;
-      if (!all_inside && !domain.contains(leaf.origin + glm::ivec3(x, y, z))) continue;
+      take(w);
+      if (z < first || z > last) continue;
       least = std::min(least, w);
       greatest = std::max(greatest, w);
       amount += double(w);
-      first = std::min(first, z);
-      last = z;
+      places |= 1u << z;
     }
-    if (!(amount > 0)) return;
-    Part& part = parts[lattice.part_of({x, y, from})];
+    if (places == 0) return;
     part.amount += amount;
-    part.low = glm::min(part.low, glm::ivec3(x, y, first));
-    part.high = glm::max(part.high, glm::ivec3(x, y, last));
+    part.x |= 1u << x;
+    part.y |= 1u << y;
+    part.z |= places;
   };
   for (int x = 0; x < 8; ++x)
     for (int y = 0; y < 8; ++y) {
-      weigh_row(x, y, 0, lattice.offset.z);
-      weigh_row(x, y, lattice.offset.z, 8);
+      const int cut = lattice.offset.z;
+      weigh_row(x, y, 0, cut, parts[lattice.part_of({x, y, 0})]);
+      weigh_row(x, y, cut, 8, parts[lattice.part_of({x, y, cut})]);
     }
   LeafWeights found;
   if (!(greatest > 0)) return found;
   for (std::size_t n = 0; n < parts.size(); ++n) {
-    found.amounts[n] = float(parts[n].amount);
-    if (parts[n].amount > 0) found.set_box(n, parts[n].low, parts[n].high);
+    const Part& part = parts[n];
+    found.amounts[n] = float(part.amount);
+    if (part.amount > 0)
+      found.set_box(
+          n, {std::countr_zero(part.x), std::countr_zero(part.y), std::countr_zero(part.z)},
+          {std::bit_width(part.x) - 1, std::bit_width(part.y) - 1, std::bit_width(part.z) - 1});
   }
   const float infinity = std::numeric_limits<float>::infinity();
   found.least = std::isinf(greatest) ? 0 : float(least);  // it will be another value

@@ -130,7 +130,8 @@ void LeafDecoder::decode_some(std::span<const LeafPlace> places, std::size_t fir
   std::istream stream(&buffer);
   stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
   StoredLeaf<ValueT> leaf;
-  const MadeLeaf decoded(leaf.active, [&](auto* to) { copy_values(leaf.values, to); });
+  const MadeLeaf decoded(leaf.active,
+                         [&values = leaf.values](auto* to) { copy_values(values, to); });
   std::size_t together = 0;  // leaves before this one are in what was read
   for (std::size_t n = 0; n < places.size(); ++n) {
     stream.seekg(places[n].begin);

@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/memory.h"
 #include "base/text.h"
 #include "field/value_range.h"
 #include "psivox/error.h"
@@ -54,12 +55,6 @@ void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& opt
     for (const TilePart& part : voxels.tiles)
       if (part.active) take(part.tile().value.x, tile_voxels(part.tile()));
   });
-}
-
-/// Values that begin where a page does, so that a guarded process can share them.
-std::shared_ptr<float[]> whole_pages(std::size_t count) {
-  const std::align_val_t page{std::size_t{1} << 16};  // the largest of Linux
-  return {new (page) float[count], [page](float* first) { ::operator delete[](first, page); }};
 }
 
 /// One reading of a grid.
@@ -169,7 +164,8 @@ class Reading {
     add_class_notices();
     const std::size_t count = grid_.topology().leaves.size();
     const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
-    const std::shared_ptr<float[]> values = whole_pages(count * length);
+    // a guarded process shares them
+    const std::shared_ptr<float[]> values = page_array<float>(count * length);
     voxels.storage = values;
     voxels.tiles = grid_.topology().tiles;
     voxels.active.resize(count);
