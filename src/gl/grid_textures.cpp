@@ -56,6 +56,9 @@ class AtlasTextures {
   void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
   /// `pairs`: a texel is two words.
   void upload_codes(const BrickAtlas& atlas, bool pairs);
+  /// A texture of texels of one channel, each followed by `others` channels of another grid.
+  template <typename T>
+  GLuint pair_texture(GLenum format, T* own, T* beside, std::size_t count, std::size_t others);
   /// A texture of `count` texels of both atlases, from the `first` on.
   GLuint upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside, std::uint64_t first,
                       std::uint64_t count);
@@ -80,30 +83,6 @@ std::vector<T> padded(const T* texels, std::size_t count) {
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t c = 0; c < 3; ++c) result[4 * i + c] = texels[3 * i + c];
   return result;
-}
-
-/// Fills a buffer with texels of one channel, each followed by another grid's of one channel or
-/// three. A piece at a time, so that what is written last is still in the processor's cache.
-template <typename T>
-void fill_pairs(GLuint buffer, T* own, T* beside, std::size_t count, bool vector, bool discard) {
-  const std::size_t others = vector ? 3 : 1, width = 1 + others;
-  constexpr std::size_t piece = std::size_t{1} << 18;
-  const auto texels = std::make_unique_for_overwrite<T[]>(std::min(count, piece) * width);
-  for (std::size_t first = 0; first < count; first += piece) {
-    const std::size_t size = std::min(count - first, piece);
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, 65536), [&](const auto& some) {
-      for (std::size_t i = some.begin(); i != some.end(); ++i) {
-        T* to = texels.get() + i * width;
-        to[0] = own[first + i];
-        for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[(first + i) * others + c];
-      }
-    });
-    glNamedBufferSubData(buffer, GLintptr(first * width * sizeof(T)),
-                         GLsizeiptr(size * width * sizeof(T)), texels.get());
-    if (!discard) continue;
-    discard_values(own + first, size * sizeof(T));
-    discard_values(beside + first * others, size * others * sizeof(T));
-  }
 }
 
 /// Texels of three floats that are padded: no limit on memory counts what is added to them, 16 MiB.
@@ -248,21 +227,47 @@ void AtlasTextures::upload_codes(const BrickAtlas& atlas, bool pairs) {
   });
 }
 
+template <typename T>
+GLuint AtlasTextures::pair_texture(GLenum format, T* own, T* beside, std::size_t count,
+                                   std::size_t others) {
+  const std::size_t width = 1 + others;
+  // a piece at a time, so that what is written last is still in the processor's cache
+  constexpr std::size_t piece = std::size_t{1} << 18;
+  const std::size_t texels = (in_place_ ? count : std::min(count, piece)) * width;
+  const std::shared_ptr<T[]> pairs = page_array<T>(texels);
+  ask_for_large_pages(pairs.get(), texels * sizeof(T));
+  const GLuint copy = in_place_ ? 0
+                                : buffer_texture(format, nullptr, count * width * sizeof(T),
+                                                 GL_DYNAMIC_STORAGE_BIT);
+  for (std::size_t first = 0; first < count; first += piece) {
+    const std::size_t size = std::min(count - first, piece);
+    T* const to_piece = pairs.get() + (in_place_ ? first * width : 0);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, 65536), [&](const auto& some) {
+      for (std::size_t i = some.begin(); i != some.end(); ++i) {
+        T* to = to_piece + i * width;
+        to[0] = own[first + i];
+        for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[(first + i) * others + c];
+      }
+    });
+    if (!in_place_)
+      glNamedBufferSubData(storage_.back(), GLintptr(first * width * sizeof(T)),
+                           GLsizeiptr(size * width * sizeof(T)), to_piece);
+    if (!discard_) continue;
+    discard_values(own + first, size * sizeof(T));
+    discard_values(beside + first * others, size * others * sizeof(T));
+  }
+  return in_place_ ? texel_texture(format, pairs, 0, texels) : copy;
+}
+
 GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,
                                    std::uint64_t first, std::uint64_t count) {
   const bool vector = beside.channels == 3;
-  const bool half = atlas.texel == TexelType::float16;
-  const std::uint64_t other = first * (vector ? 3u : 1u);
-  const std::uint64_t bytes = count * (vector ? 4u : 2u) * (half ? 2u : 4u);
-  const GLenum format = vector ? (half ? GL_RGBA16F : GL_RGBA32F) : (half ? GL_RG16F : GL_RG32F);
-  const GLuint texture = buffer_texture(format, nullptr, bytes, GL_DYNAMIC_STORAGE_BIT);
-  if (half)
-    fill_pairs(storage_.back(), atlas.texels16.get() + first, beside.texels16.get() + other, count,
-               vector, discard_);
-  else
-    fill_pairs(storage_.back(), atlas.texels32.get() + first, beside.texels32.get() + other, count,
-               vector, discard_);
-  return texture;
+  const std::size_t others = vector ? 3 : 1;
+  if (atlas.texel == TexelType::float16)
+    return pair_texture(vector ? GL_RGBA16F : GL_RG16F, atlas.texels16.get() + first,
+                        beside.texels16.get() + first * others, count, others);
+  return pair_texture(vector ? GL_RGBA32F : GL_RG32F, atlas.texels32.get() + first,
+                      beside.texels32.get() + first * others, count, others);
 }
 
 void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
