@@ -176,5 +176,61 @@ TEST(Vectors, AreDrawnByLengthOrComponent) {
   EXPECT_EQ(read_fields(scene, odd).density->name, "fire:x");
 }
 
+/// A file of format 221, as no library writes it any more, with one leaf whose voxel i has i.
+/// Without `places` it is one that was written to a pipe.
+std::string file_of_format_221(bool places) {
+  std::string bytes;
+  const auto put = [&](const auto& value) {
+    bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+  };
+  const auto put_text = [&](const std::string& text) {
+    put(std::uint32_t(text.size()));
+    bytes += text;
+  };
+  const auto put_first_of = [&](std::size_t bits) {  // a mask
+    bytes += '\1';
+    bytes.append(bits / 8 - 1, '\0');
+  };
+  const auto put_zeros = [&](std::size_t count) { bytes.append(count, '\0'); };
+  put(std::int64_t{0x56444220});
+  for (const std::uint32_t number : {221u, 1u, 0u}) put(number);
+  put(char(places));
+  put(char(0));  // not compressed
+  bytes += "00000000-0000-0000-0000-000000000000";
+  put(std::uint32_t{0});  // metadata
+  put(std::int32_t{1});   // grids
+  for (const char* text : {"density", "Tree_float_5_4_3", ""}) put_text(text);
+  const std::size_t places_at = bytes.size(), begin = places_at + 3 * sizeof(std::int64_t);
+  for (int n = 0; n < 3; ++n) put(std::int64_t(begin));
+  put(std::uint32_t{0});  // metadata
+  put_text("UniformScaleMap");
+  for (int n = 0; n < 15; ++n) put(0.5);
+  for (const std::uint32_t number : {1u, 0u, 0u, 1u}) put(number);  // buffers ... tiles, nodes
+  put_zeros(3 * sizeof(int));
+  for (const std::size_t values : {32768, 4096}) {
+    put_first_of(values);
+    put_zeros(values / 8 + (values - 1) * sizeof(float));
+  }
+  bytes.append(64, '\xff');
+  bytes.append(64, '\xff');
+  put_zeros(3 * sizeof(int));
+  put(char(1));  // buffers
+  for (int i = 0; i < 512; ++i) put(float(i));
+  return with(bytes, places_at + 2 * sizeof(std::int64_t), std::int64_t(bytes.size()));
+}
+
+TEST(VdbFiles, AFileBeforeFormat222IsReadByOpenVdb) {
+  for (const bool places : {true, false}) {
+    const VdbFile file(write_bytes("old.vdb", file_of_format_221(places)));
+    const Field field = file.read("density");
+    EXPECT_EQ(field.world_from_index[1][1], 0.5);
+    EXPECT_EQ(field.active_voxels, 512u);
+    const FieldVoxels voxels(field);
+    EXPECT_EQ(voxels.voxel({0, 0, 7}, 0), 7);
+    EXPECT_EQ(voxels.voxel({7, 0, 0}, 0), 448);
+    EXPECT_EQ(file.info().at(0).transform, "UniformScaleMap");
+  }
+}
+
 }  // namespace
 }  // namespace psivox

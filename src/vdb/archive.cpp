@@ -15,14 +15,16 @@ namespace {
 constexpr std::uint32_t with_flags = 212, with_instances = 216, with_uuid_as_text = 218,
                         with_compression_of_file = 220, with_node_masks = 222, with_passes = 224;
 
+constexpr std::string_view magic(" BDV\0\0\0\0", 8);
+
 /// Throws for a file of another format.
 void refuse_foreign(FileBlocks& file) {
-  constexpr std::string_view magic = " BDV";  // of a .vdb
   const FileRun first = file.run(0, 1);
   const std::string_view head(first.bytes.get(), std::size_t(first.size));
   if (head.starts_with(magic)) return;
-  if (const std::string format = foreign_format(file.path(), head); !format.empty())
-    throw Error(ExitCode::input, file.path() + ": " + format);
+  const std::string format = foreign_format(file.path(), head);
+  throw Error(ExitCode::input,
+              file.path() + ": " + (format.empty() ? "is not a VDB file" : format));
 }
 
 /// Throws if OpenVDB cannot be asked for it.
@@ -42,8 +44,7 @@ Archive::Archive(std::shared_ptr<FileBlocks> file, Progress progress)
     file_metadata_ = read_metadata(stream_);
     read_directory();
   } catch (const std::exception& e) {
-    throw Error(ExitCode::input,
-                subject(path()) + "is not a VDB file or is damaged: " + explain(e));
+    throw Error(ExitCode::input, subject(path()) + "is a damaged VDB file: " + explain(e));
   }
   name_entries();
 }
@@ -51,9 +52,8 @@ Archive::Archive(std::shared_ptr<FileBlocks> file, Progress progress)
 bool Archive::is_old() const { return version_ < with_node_masks; }
 
 void Archive::read_header() {
-  constexpr std::int64_t magic = 0x56444220;  // OpenVDB's
   constexpr int library_version = 8, uuid = 16, uuid_as_text = 36;
-  if (take<std::int64_t>(stream_) != magic) throw std::runtime_error("it begins otherwise");
+  stream_.seekg(magic.size());
   version_ = take<std::uint32_t>(stream_);
   if (version_ < with_flags)
     throw std::runtime_error("its format, " + std::to_string(version_) + ", is too old");
