@@ -12,6 +12,7 @@
 
 #include "base/text_file.h"
 #include "blobs_scene.h"
+#include "gl/march_program.h"
 #include "march/marcher.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
@@ -70,6 +71,7 @@ GLenum reset_status() { return device->reset; }
 class GlTrouble : public testing::Test {
  protected:
   void SetUp() override {
+    gl::test_limits = {.copies_texels = true};  // into buffers, which are counted
     marcher_ = open_gpu();
     for (int n = 0; n < 2; ++n)
       Session(blobs_scene())
@@ -88,6 +90,7 @@ class GlTrouble : public testing::Test {
     epoxy_glDeleteBuffers = device_.remove;
     epoxy_glGetError = device_.get_error;
     epoxy_glGetGraphicsResetStatus = device_.reset_status;
+    gl::test_limits = {};
   }
 
   Device device_;
