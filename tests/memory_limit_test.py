@@ -62,8 +62,8 @@ with tempfile.TemporaryDirectory() as folder:
         assert faults < 8900, faults
     subprocess.run([make_assets, "--fog", "fog.vdb", "256"], check=True, stdout=subprocess.DEVNULL)
     _, whole = render("whole.exr", "--memory-limit", "4G", "--look", "plain")
-    limit = 200 * MIB
-    # 64 MiB of values, which become 187 MiB of atlases
+    limit = 150 * MIB
+    # 64 MiB of values, which become 94 MiB of an atlas, from which a driver on the CPU draws
     said, parts = render("parts.exr", "--memory-limit", str(limit))
     print(f"peak: whole {whole / MIB:.0f} MiB, in parts {parts / MIB:.0f} MiB")
     assert "64.00 MiB, stay in the file" in said, said
@@ -83,8 +83,8 @@ with tempfile.TemporaryDirectory() as folder:
     said, parts = lit("parts.exr", limit)
     print(f"peak in light: whole {whole / MIB:.0f} MiB, in parts {parts / MIB:.0f} MiB")
     assert re.search(r"drawn in \d+ parts", said), said
-    assert whole > 1.3 * limit, "the volume is too small to tell"
-    assert parts < 1.1 * limit, parts / limit
+    # the whole hardly takes more than the limit, which leaves out that the driver makes no copy
+    assert parts < min(1.1 * limit, 0.9 * whole), (parts / limit, parts / whole)
     # each is within 1e-3 of the exact picture
     subprocess.run([program, "compare", "whole.exr", "parts.exr", "--max-rms", "2e-3"], check=True)
 
