@@ -129,6 +129,7 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const Brick
 }
 
 AtlasTextures::~AtlasTextures() {
+  if (!arrays_.empty()) glFinish();  // draws may still read them
   for (const GLuint texture : {pages_, constants_, bricks_}) glDeleteTextures(1, &texture);
   glDeleteTextures(GLsizei(texels_.size()), texels_.data());
   glDeleteBuffers(GLsizei(storage_.size()), storage_.data());
