@@ -4,7 +4,7 @@
 #include <zlib.h>
 
 #include <cstring>
-#include <string>
+#include <memory>
 
 namespace psivox::vdb {
 namespace {
@@ -58,8 +58,9 @@ void read_block(std::istream& stream, char* to, std::int64_t size, const ValueCo
   // what cannot be compressed is stored as it is, so that no block is much longer than its values
   constexpr std::int64_t overhead = 4096;
   if (length > size + size / 8 + overhead) refuse_length();
-  std::string stored(std::size_t(length), '\0');
-  stream.read(stored.data(), length);
+  const auto bytes = std::make_unique_for_overwrite<char[]>(std::size_t(length));
+  stream.read(bytes.get(), length);
+  const std::string_view stored(bytes.get(), std::size_t(length));
   // OpenVDB's first choice
   if (coding.compression & ValueCoding::blosc)
     expand_blosc(stored, to, std::size_t(size));

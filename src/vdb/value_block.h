@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <ios>
 #include <istream>
+#include <memory>
 #include <stdexcept>
 #include <string_view>
-#include <vector>
 
 #include "value_types.h"
 
@@ -85,10 +85,10 @@ void read_numbers(std::istream& stream, ValueT* to, std::size_t count, const Val
   if constexpr (is_real<ValueT>) {
     if (coding.half) {
       constexpr auto channels = static_cast<std::size_t>(ValueTraits<ValueT>::channels);
-      std::vector<Imath::half> halves(count * channels);
-      read_block(stream, reinterpret_cast<char*>(halves.data()), bytes, coding);
+      const auto halves = std::make_unique_for_overwrite<Imath::half[]>(count * channels);
+      read_block(stream, reinterpret_cast<char*>(halves.get()), bytes, coding);
       auto* number = reinterpret_cast<typename ValueTraits<ValueT>::Number*>(to);
-      for (const Imath::half half : halves) *number++ = float(half);
+      for (std::size_t i = 0; i < count * channels; ++i) number[i] = float(halves[i]);
       return;
     }
   }
