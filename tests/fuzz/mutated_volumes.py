@@ -247,6 +247,8 @@ def judge(done, picture, renders):
     if done.returncode == 3:
         if os.path.exists(picture):
             return "picture of an error"
+        if "reading it crashed" in lines[0]:  # the guarded process
+            return lines[0][:200]
         return "refused" if len(lines) == 1 and lines[0] else f"{len(lines)} lines: {lines}"
     return f"exit code {done.returncode}: {lines[-1][:200]}"
 
