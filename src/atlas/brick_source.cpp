@@ -80,7 +80,8 @@ void BrickSource::gather(const Neighbours& from, float* values) const {
 
 bool BrickSource::alike(const glm::ivec3& first, int level) const {
   for (int i = 0; i < 8; ++i) {
-    const glm::ivec3 voxel = 8 * (first + cube_corner(i));
+    // below a tile at the least integer it wraps to where no field has values
+    const glm::ivec3 voxel(8u * glm::uvec3(first + cube_corner(i)));
     const int width = FieldIndex::widths[std::size_t(level)];
     if (index_.holds_narrower(level, FieldIndex::cube_of(voxel, width))) return false;
   }
