@@ -232,17 +232,6 @@ TEST_F(MarchLayers, LookUpsAreTheCellsCrossed) {
                   view_of(looking(small_scene(32), {95, 60, 70}, {11, 12, 11}, 60.0), field), 1024);
 }
 
-TEST_F(MarchLayers, LookUpsAreTheCellsCrossedOnRealFiles) {
-  for (const char* name : {"smoke", "cloud_tiles", "mri_t1"}) {
-    const auto path = shared_data() / (std::string(name) + ".vdb");
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no file " << path << " (PSIVOX_DATA)";
-    Scene scene;
-    scene.resolution = {24, 24};
-    scene.early_termination = 0;
-    expect_look_ups(name, make_view(scene, VdbFile(path)), 0);
-  }
-}
-
 TEST_F(MarchLayers, StepsAreSegments) {
   // Along x through a rod of 20 voxels: 21 cells, each with as many segments as asked for. Under
   // uniform sampling: the 21 units in steps of 1/4 from the lattice, which is anchored at the

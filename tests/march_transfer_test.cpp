@@ -145,6 +145,7 @@ TEST_F(MarchTransfer, GpuIsTheMarchInDouble) {
                       {Integrator::cell_exact, false, false, LuminanceSource::transfer},
                       {Integrator::preintegrated_fast, false, false, LuminanceSource::constant},
                       {Integrator::midpoint, true, false, LuminanceSource::transfer},
+                      {Integrator::preintegrated, false, false, LuminanceSource::transfer},
                       {Integrator::preintegrated, true, false, LuminanceSource::transfer}};
   for (const Way& way : ways)
     for (const Case& c : cases()) {

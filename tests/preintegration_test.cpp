@@ -324,23 +324,5 @@ TEST(PreintegrationRule, ThinPeaksAreSeenBetweenSamples) {
   }
 }
 
-class PreintegrationGpu : public GpuTest {};
-
-TEST_F(PreintegrationGpu, GpuIsTheMarchInDouble) {
-  for (const double extinction : {0.3, 30.0})
-    for (const double step : {0.0, 0.8}) {
-      const View view = peaks_view(Integrator::preintegrated, smooth(), extinction,
-                                   step > 0 ? std::optional(step) : std::nullopt);
-      const MediumAtlas atlas = build_medium_atlas(view);
-      const Comparison c =
-          difference("extinction " + std::to_string(extinction) + " step " + std::to_string(step),
-                     render_gl(view, atlas).image, render_double(view, atlas).image);
-      // As for other rules. Values change by 6e-8, and the table's cells have slopes of up to 100
-      // there.
-      EXPECT_LE(c.rms, 2e-6);
-      EXPECT_LE(c.max, 5e-5);
-    }
-}
-
 }  // namespace
 }  // namespace psivox
