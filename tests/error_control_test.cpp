@@ -97,7 +97,7 @@ TEST(PlanMarch, TighterTolerancesTakeMoreLookUps) {
 }
 
 TEST(PlanMarch, WhatCannotBeReachedIsMarchedExactly) {
-  const View view = with_tolerance(blobs_view(false), 1e-12);
+  const View view = with_tolerance(blobs_view(false, {32, 24}), 1e-12);
   const MarchPlan plan = plan_march(view, build_medium_atlas(view));
   EXPECT_FALSE(plan.reached);
   EXPECT_EQ(plan.march->view.scene.sampling, Sampling::cells);

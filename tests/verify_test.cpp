@@ -138,11 +138,5 @@ TEST_F(BrokenShader, DepthOfTheMiddle) {
   EXPECT_EQ(failures(opacity_cases()), "single voxel's tent; ");
 }
 
-TEST_F(BrokenShader, DepthOfTheFront) {
-  edit("composite.glsl", "length * antiderivative(attenuation, real(1.0))",
-       "length * attenuation.f_0");
-  EXPECT_NE(failures(opacity_cases()).find("ramp; "), std::string::npos);
-}
-
 }  // namespace
 }  // namespace psivox
