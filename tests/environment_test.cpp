@@ -222,13 +222,10 @@ TEST_F(EnvironmentTest, StandsBehindTheVolumeIfAsked) {
 }
 
 TEST_F(EnvironmentTest, BadMapsAreRefused) {
-  const auto why = [](const std::string& file) -> std::string {
+  const auto says = [](const std::string& file, const char* words) {
     Scene scene = environment_scene();
     scene.environment = file;
-    return input_error([&] { drawn(scene, small_blobs()); });
-  };
-  const auto says = [&](const std::string& file, const char* words) {
-    EXPECT_NE(why(file).find(words), std::string::npos) << why(file);
+    EXPECT_TRUE(has(input_error([&] { drawn(scene, small_blobs()); }), words));
   };
   says("none.hdr", "none.hdr");
   says(map_file("square", {8, 8}, [](int, int) { return glm::vec3(1); }), "twice as wide as high");
@@ -239,8 +236,7 @@ TEST_F(EnvironmentTest, BadMapsAreRefused) {
        "NaN or Inf");
 }
 
-// --- an albedo that differs by place
-// --------------------------------------------------------------
+// --- an albedo that differs by place -------------------------------------------------------------
 
 /// A slab under a light straight from above, seen from above: at the optical depth t its luminance
 /// is a(t) e^-t, seen through e^-t.

@@ -13,6 +13,7 @@
 #include "march/march_parameters.h"
 #include "march_cases.h"
 #include "scene/transfer_function.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -187,8 +188,8 @@ TEST(GradientCost, IsNoneWithoutAGradient) {
   };
   const View plain = view_by(scene_of(), TransferFunction(peaks), blobs());
   const View view = view_by(scene_of(), by_equal_columns(), blobs());
-  EXPECT_NE(prelude(plain).find("const bool with_gradient = false;"), std::string::npos);
-  EXPECT_NE(prelude(view).find("const bool with_gradient = true;"), std::string::npos);
+  EXPECT_TRUE(has(prelude(plain), "const bool with_gradient = false;"));
+  EXPECT_TRUE(has(prelude(view), "const bool with_gradient = true;"));
   EXPECT_FALSE(plain.medium.gradient);
   const MediumAtlas without = build_medium_atlas(plain), with = build_medium_atlas(view);
   EXPECT_FALSE(without.gradient);

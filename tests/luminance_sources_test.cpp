@@ -88,7 +88,7 @@ TEST(TransferSource, ColoursAndAGridAreTooMuch) {
   scene.luminance_grid = "density";
   const std::string text =
       error_of(ExitCode::usage, [&] { make_view(scene, share(ramp()), nullptr); });
-  EXPECT_NE(text.find("--luminance-grid"), std::string::npos) << text;
+  EXPECT_TRUE(has(text, "--luminance-grid"));
 }
 
 TEST(Colormap, TakesTheActiveRange) {

@@ -273,7 +273,7 @@ TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
     Gpu::renderer()->upload(atlas);
     Gpu::renderer()->render(view);
   });
-  EXPECT_NE(message.find("textures, and the device has"), std::string::npos) << message;
+  EXPECT_TRUE(has(message, "textures, and the device has"));
 }
 
 TEST_F(MarchLimits, RenderNeedsItsUpload) {

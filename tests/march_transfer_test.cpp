@@ -11,10 +11,6 @@
 namespace psivox {
 namespace {
 
-std::shared_ptr<const TransferFunction> function(std::vector<TransferPoint> points) {
-  return std::make_shared<const TransferFunction>(std::move(points));
-}
-
 /// Broad ramps over the values of `mixed`.
 const auto smooth = [] {
   return function(

@@ -207,7 +207,7 @@ TEST(PageTable, BoxesBeyondTheLimitAreRefused) {
   field.leaves = {{{0, 0, 0}, values->data()}, {{1 << 25, 0, 0}, values->data()}};
   field.active_box = {glm::ivec3(0), glm::ivec3((1 << 25) + 7, 7, 7)};
   field.storage = values;
-  EXPECT_NE(input_error([&] { build_atlas(field); }).find("density"), std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { build_atlas(field); }), "density"));
 }
 
 }  // namespace

@@ -113,7 +113,7 @@ TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
     EXPECT_NO_THROW(validate(scene)) << setting.name;
     const Scene method_alone = scene;
     scene.tolerance = 0.1;
-    EXPECT_NE(usage_error([&] { validate(scene); }).find("--" + setting.name), std::string::npos);
+    EXPECT_TRUE(has(usage_error([&] { validate(scene); }), "--" + setting.name));
     // The command line's value replaces the file's.
     scene = method_alone;
     apply_over(scene, std::vector<Setting>{{"tolerance", "0.1"}});

@@ -236,11 +236,11 @@ TEST_F(InParts, SaysWhatItCannotDraw) {
   Scene templates = blobs_scene();
   templates.sampling = Sampling::template_;
   templates.projection = Projection::orthographic;
-  EXPECT_NE(message(templates, 600000).find("only --sampling cells"), std::string::npos);
+  EXPECT_TRUE(has(message(templates, 600000), "only --sampling cells"));
   Scene reversed = blobs_scene();
   reversed.mode = Mode::back_to_front;
-  EXPECT_NE(message(reversed, 600000).find("only --mode alpha"), std::string::npos);
-  EXPECT_NE(message(blobs_scene(), 1000).find("over the limit"), std::string::npos);
+  EXPECT_TRUE(has(message(reversed, 600000), "only --mode alpha"));
+  EXPECT_TRUE(has(message(blobs_scene(), 1000), "over the limit"));
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 
 #include "march_cases.h"
 #include "shader_copy.h"
+#include "thrown.h"
 #include "verify/case.h"
 
 namespace psivox {
@@ -47,7 +48,7 @@ TEST_F(Verify, PassesWithEitherFilter) {
   // all but the furnaces, whose values are all 1, and opaque cases, which do not depend on the
   // weights
   EXPECT_EQ(wider + 4, hardware.cases.size());
-  EXPECT_NE(verify_note(Filter::hardware).find("wider"), std::string::npos);
+  EXPECT_TRUE(has(verify_note(Filter::hardware), "wider"));
 }
 
 TEST_F(Verify, EveryCaseIsNamedOnceAndHasItsReason) {

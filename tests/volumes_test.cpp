@@ -166,7 +166,7 @@ TEST(Volumes, AreCompletedSoThatTheyDrawTheSameAgain) {
   scene.extinction.reset();
   const Scene resolved = Session(scene).view().scene;
   ASSERT_EQ(resolved.volumes.size(), 1u);
-  EXPECT_NE(resolved.volumes[0].find(" extinction="), std::string::npos) << resolved.volumes[0];
+  EXPECT_TRUE(has(resolved.volumes[0], " extinction="));
   const auto march = open_double();
   EXPECT_EQ(compare_images(drawn(scene, *march), drawn(resolved, *march)).max, 0);
 }
@@ -176,8 +176,7 @@ TEST(Volumes, HaveTheLooksOfTheirFiles) {
   scene.look.clear();
   scene.luminance.reset();
   const OpenedScene opened = open_scene(scene, VdbFile(scene.input), {.open_look = "auto"});
-  EXPECT_NE(opened.view.scene.volumes[0].find("emission-grid=temperature"), std::string::npos)
-      << opened.view.scene.volumes[0];
+  EXPECT_TRUE(has(opened.view.scene.volumes[0], "emission-grid=temperature"));
 }
 
 TEST(Volumes, RefuseWhatTheyCannotDraw) {
@@ -186,16 +185,13 @@ TEST(Volumes, RefuseWhatTheyCannotDraw) {
     change(scene);
     return usage_error([&] { Session session(scene); });
   };
-  EXPECT_NE(refused([](Scene& s) { s.mode = Mode::mip; }).find("--mode alpha"), std::string::npos);
-  EXPECT_NE(refused([](Scene& s) { s.step = 1; }).find("--step"), std::string::npos);
-  EXPECT_NE(refused([](Scene& s) { s.colormap = Colormap::viridis; }).find("--colormap"),
-            std::string::npos);
-  EXPECT_NE(refused([](Scene& s) { s.volumes[0] += " zoom=2"; }).find("'zoom'"), std::string::npos);
-  EXPECT_NE(refused([](Scene& s) { s.volumes[0] += " extinction=x"; }).find("extinction"),
-            std::string::npos);
-  EXPECT_NE(refused([](Scene& s) { s.extinction = 0; }).find("above 0"), std::string::npos);
-  EXPECT_NE(refused([](Scene& s) { s.volumes.assign(8, s.volumes[0]); }).find("7"),
-            std::string::npos);
+  EXPECT_TRUE(has(refused([](Scene& s) { s.mode = Mode::mip; }), "--mode alpha"));
+  EXPECT_TRUE(has(refused([](Scene& s) { s.step = 1; }), "--step"));
+  EXPECT_TRUE(has(refused([](Scene& s) { s.colormap = Colormap::viridis; }), "--colormap"));
+  EXPECT_TRUE(has(refused([](Scene& s) { s.volumes[0] += " zoom=2"; }), "'zoom'"));
+  EXPECT_TRUE(has(refused([](Scene& s) { s.volumes[0] += " extinction=x"; }), "extinction"));
+  EXPECT_TRUE(has(refused([](Scene& s) { s.extinction = 0; }), "above 0"));
+  EXPECT_TRUE(has(refused([](Scene& s) { s.volumes.assign(8, s.volumes[0]); }), "7"));
 }
 
 }  // namespace
