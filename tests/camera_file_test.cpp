@@ -14,7 +14,6 @@
 #include <vector>
 
 #include "base/text_file.h"
-#include "psivox/error.h"
 #include "scratch.h"
 #include "thrown.h"
 #include "verify/made_fields.h"

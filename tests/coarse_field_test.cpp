@@ -2,13 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <glm/gtc/matrix_transform.hpp>
-
 #include "blobs_scene.h"
 #include "field_voxels.h"
 #include "medium/map_field.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 #include "verify/made_fields.h"
 
 namespace psivox {

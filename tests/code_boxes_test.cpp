@@ -243,11 +243,7 @@ TEST_F(CodeBoxesOnTheGpu, AreTheMarchInDouble) {
       if (light) view = lit_in_double(view);
       const MediumAtlas boxes = in_turn(build_medium_atlas(view));
       ASSERT_NE(boxes.density.code_unit, code_words);
-      const Image gpu = render_gl(view, boxes).image;
-      expect_content(gpu, 0.01);
-      const Comparison c = difference("boxes", gpu, render_double(view, boxes).image);
-      EXPECT_LE(c.rms, 1e-6);
-      EXPECT_LE(c.max, 2e-5);
+      expect_arithmetic("boxes", view, boxes, 0.01);
     }
 }
 

@@ -7,7 +7,6 @@
 
 #include <cmath>
 #include <filesystem>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vec4.hpp>
 

@@ -14,7 +14,6 @@
 #include "march_cases.h"
 #include "psivox/camera.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"

@@ -29,19 +29,6 @@ std::vector<double> double_depths(const View& view, const std::vector<glm::ivec3
   const MediumAtlas atlas = build_medium_atlas(view);
   return depths_of(view, march_double_light_depths(view, atlas), origins);
 }
-/// Difference of the transmittances.
-Difference difference_of(const std::vector<double>& a, const std::vector<double>& b) {
-  EXPECT_EQ(a.size(), b.size());
-  Difference d;
-  for (std::size_t i = 0; i < std::min(a.size(), b.size()); ++i) {
-    const double off = std::abs(std::exp(-a[i]) - std::exp(-b[i]));
-    d.max = std::max(d.max, off);
-    d.rms += off * off;
-  }
-  d.rms = std::sqrt(d.rms / static_cast<double>(a.size()));
-  return d;
-}
-
 TEST(LightDepths, OfASlabAreItsThickness) {
   // 16 voxels of 1 along z, wide in x and y, voxels of 0.5: from z to the face at 15.5.
   const double h = 0.5, K = 0.7;
@@ -79,7 +66,7 @@ TEST(LightDepths, MarchAndReferenceAgree) {
     const std::vector<glm::ivec3> origins = blocks_of(view);
     // Both are exact, but a ray along the faces of cells may take either side of them, which share
     // one value there. The bound allows hundreds of roundings of depths up to 40.
-    EXPECT_LE(difference_of(double_depths(view, origins),
+    EXPECT_LE(difference_of(view, origins, double_depths(view, origins),
                             depths_of(view, reference_light_depths(view), origins))
                   .max,
               1e-12)
@@ -135,7 +122,7 @@ TEST_F(LightGpu, DepthsAreThoseInDouble) {
       const View view = view_of(scene, mixed());
       const std::vector<glm::ivec3> origins = blocks_of(view);
       const std::vector<double> gpu = gl_depths(view, origins);
-      const Difference d = difference_of(gpu, double_depths(view, origins));
+      const Difference d = difference_of(view, origins, gpu, double_depths(view, origins));
       std::printf("  light %g,%g,%g%s: rms %.2e, max %.2e\n", direction.x, direction.y, direction.z,
                   function ? ", function" : "", d.rms, d.max);
       // float32 positions over 64 voxels are accurate to 4e-6 voxels. A depth's error is that times
@@ -165,11 +152,8 @@ TEST_F(LightGpu, PictureIsThatInDouble) {
   const View own = lit(view, gl.light_depths(view));
   add_luminance(atlas, own);
   const Image picture = render_gl(own, atlas).image;
-  const Comparison c = difference("lit", picture, double_picture(lit_in_double(view)));
   expect_content(picture);
-  // float32 sums of a ray, as elsewhere (march_test), plus T_light's own 1e-6
-  EXPECT_LE(c.max, 2e-5);
-  EXPECT_LE(c.rms, 1e-6);
+  expect_arithmetic("lit", picture, double_picture(lit_in_double(view)));
 }
 
 /// The atlas of a view whose light is stored as any luminance is.
@@ -232,24 +216,21 @@ TEST(LightBesideTheDensity, IsTheSameInCellsAndNoFartherFromTheReferenceInSteps)
 }
 
 TEST_F(LightGpu, PicturesOfLightBesideTheDensityAreThoseInDouble) {
-  const auto expect_same = [](const LitAtlases& lit, const View& view, double rms, double max) {
-    const Image picture = render_gl(view, lit.beside).image;
-    const Comparison c = difference("beside", picture, render_double(view, lit.beside).image);
-    EXPECT_LE(c.rms, rms);
-    EXPECT_LE(c.max, max);
-  };
   const std::vector<Scene> scenes = lit_scenes();
   const LitAtlases white(view_of(scenes.front(), mixed())), jumps(view_of(scenes.back(), mixed()));
   for (const LitAtlases* lit : {&white, &jumps}) {
-    expect_same(*lit, lit->by(Integrator::cell_exact), 1e-6, 2e-5);  // as in PictureIsThatInDouble
+    expect_arithmetic("cells", lit->by(Integrator::cell_exact), lit->beside);
     // a middle may fall to either side of the function's jump
     const Integrator rule = lit == &jumps ? Integrator::psi_balanced : Integrator::midpoint;
-    expect_same(*lit, lit->by(rule, 0.5), 1e-6, 2e-5);
+    expect_arithmetic("steps", lit->by(rule, 0.5), lit->beside);
   }
   // the driver's filter reads both apart; it rounds weights and has quadratics only
   View filtered = white.view;
   filtered.scene.filter = Filter::hardware;
-  expect_same(white, filtered, 5e-4, 5e-3);
+  const Comparison c = difference("filtered", render_gl(filtered, white.beside).image,
+                                  render_double(filtered, white.beside).image);
+  EXPECT_LE(c.rms, 5e-4);
+  EXPECT_LE(c.max, 5e-3);
 }
 
 }  // namespace

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <numbers>
-#include <string>
 
 #include "march_cases.h"
 #include "verify/case.h"

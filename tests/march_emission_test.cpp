@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "march_cases.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

@@ -59,10 +59,7 @@ TEST_P(AgainstReference, DefaultAndQuarterSteps) {
     expect_content(gpu);
     EXPECT_LE(difference(GetParam() + L + ", default", gpu, reference).rms,
               glow == Glow::constant ? 1e-5 : 1e-3);
-    const Comparison arithmetic =
-        difference(GetParam() + L + ", GPU and double", gpu, render_double(view, atlases).image);
-    EXPECT_LE(arithmetic.rms, 1e-6);
-    EXPECT_LE(arithmetic.max, 2e-5);
+    expect_arithmetic(GetParam() + L + ", GPU and double", gpu, render_double(view, atlases).image);
     scene.step = 0.25;
     const Image quarter = gl_picture(view_of(scene, field(GetParam()), glow));
     EXPECT_LE(difference(GetParam() + L + ", step 0.25", quarter, reference).rms, 5e-4);

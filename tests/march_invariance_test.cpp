@@ -3,12 +3,9 @@
 
 #include <gtest/gtest.h>
 
-#include <glm/gtc/matrix_transform.hpp>
-#include <glm/matrix.hpp>
 #include <string>
 
 #include "march_cases.h"
-#include "psivox/vdb.h"
 
 namespace psivox {
 namespace {

@@ -12,7 +12,6 @@
 #include "field_voxels.h"
 #include "march_cases.h"
 #include "plan/plan.h"
-#include "psivox/vdb.h"
 #include "reference/ray_radiance.h"
 
 namespace psivox {
@@ -20,11 +19,7 @@ namespace {
 
 class MarchLayers : public GpuTest {};
 
-Scene across_plate(int side = 40) {
-  Scene scene = looking(small_scene(side), {95, 60, 70}, {11, 12, 11});
-  scene.extinction = 0.3;
-  return scene;
-}
+Scene across_plate(int side = 40) { return oblique(side, 0.3); }
 
 TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
   // A plate of 0.25 from x = 0 on: optical depth 0.125 in the ramp, then 0.25 per unit, divided by

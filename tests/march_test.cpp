@@ -17,9 +17,8 @@ class March : public GpuTest {};
 
 const glm::dvec3 eye_outside(95, 60, 70), blobs_middle(11, 12, 11);
 
-Scene oblique(int side = 64) {
-  Scene scene = looking(small_scene(side), eye_outside, blobs_middle);
-  scene.extinction = 0.12;
+Scene coloured() {
+  Scene scene = oblique(64, 0.12);
   scene.luminance = {1, 0.5, 0.25};
   return scene;
 }
@@ -60,14 +59,8 @@ View scene_of(const Scene& scene, Source source) {
   throw std::logic_error("no such source");
 }
 
-/// The bounds: RMS 1e-6, and max 2e-5 where a ray along a face enters the other cell.
 void expect_arithmetic(const std::string& what, const View& view) {
-  const MediumAtlas atlases = build_medium_atlas(view);
-  const Image gpu = render_gl(view, atlases).image;
-  expect_content(gpu);
-  const Comparison c = difference(what, gpu, render_double(view, atlases).image);
-  EXPECT_LE(c.rms, 1e-6) << what;
-  EXPECT_LE(c.max, 2e-5) << what;
+  psivox::expect_arithmetic(what, view, build_medium_atlas(view));
 }
 
 const char* source_names[] = {"constant", "density", "scalar", "vector"};
@@ -88,20 +81,20 @@ TEST_F(March, GpuIsTheMarchInDouble) {
         const auto own_step = step > 0 ? std::optional(step) : std::nullopt;
         expect_arithmetic(std::string(source_names[int(source)]) + " " + rule.name +
                               (own_step ? " step " : " cells ") + std::to_string(step),
-                          scene_of(with(oblique(), rule.id, own_step), source));
+                          scene_of(with(coloured(), rule.id, own_step), source));
       }
 }
 
 TEST_F(March, GpuIsTheMarchInDoubleInEveryTexelCameraAndCell) {
-  Scene halves = oblique(), inside = looking(oblique(), {12.3, 9.1, 10.7}, {-20, 14, 2});
+  Scene halves = coloured(), inside = looking(coloured(), {12.3, 9.1, 10.7}, {-20, 14, 2});
   halves.texel = TexelType::float16;
   inside.fov = 100;
   std::vector<std::pair<std::string, Scene>> ways{
       {"halves", halves},
       {"inside", inside},
-      {"orthographic", looking(oblique(), eye_outside, blobs_middle, 70.0)}};
+      {"orthographic", looking(coloured(), eye_outside, blobs_middle, 70.0)}};
   for (const int segments : {1, 4, 7}) {
-    ways.emplace_back("segments " + std::to_string(segments), oblique());
+    ways.emplace_back("segments " + std::to_string(segments), coloured());
     ways.back().second.segments = segments;
   }
   for (auto& [name, scene] : ways) {
@@ -113,7 +106,7 @@ TEST_F(March, GpuIsTheMarchInDoubleInEveryTexelCameraAndCell) {
 }
 
 TEST_F(March, EarlyTerminationStopsAlike) {
-  Scene scene = oblique();
+  Scene scene = coloured();
   scene.extinction = 2;
   scene.early_termination = Scene{}.early_termination;
   const View view = scene_of(scene, Source::density);
@@ -132,7 +125,7 @@ TEST_F(March, CellsAreTheReferenceForConstantLuminance) {
   // rounding remains, most of it the ray's place.
   for (const Integrator rule : {Integrator::psi_weighted, Integrator::cell_exact})
     for (const bool inside : {false, true}) {
-      Scene scene = with(oblique(), rule, {});
+      Scene scene = with(coloured(), rule, {});
       if (inside) scene = looking(scene, {12.3, 9.1, 10.7}, {-20, 14, 2});
       const View view = scene_of(scene, Source::constant);
       const Comparison c = difference(std::string(info(rule).name) + (inside ? " inside" : ""),
@@ -146,7 +139,7 @@ TEST_F(March, CellsConvergeToTheReferenceForLuminanceFromGrids) {
   // cell; 0.45 allows for cells too opaque to be in the asymptotic range. If the luminance grid has
   // its own lattice, its kinks lie anywhere in a cell: second order still holds overall.
   for (const Source source : {Source::density, Source::scalar, Source::vector}) {
-    Scene scene = oblique();
+    Scene scene = coloured();
     scene.luminance = {1, 1, 1};
     View view = scene_of(scene, source);
     const Image reference = render_reference(view).image;
@@ -171,7 +164,7 @@ TEST_F(March, CellExactIsFarMoreExactThanSegments) {
   for (const double extinction : {0.05, 0.5, 5.0, 500.0})
     for (const bool inside : {false, true}) {
       const auto error = [&](Integrator rule) {
-        Scene scene = with(oblique(), rule, {});
+        Scene scene = with(coloured(), rule, {});
         scene.extinction = extinction;
         if (inside) scene = looking(scene, {12.3, 9.1, 10.7}, {-20, 14, 2});
         const View view = scene_of(scene, Source::density);
@@ -186,12 +179,12 @@ TEST_F(March, CellExactIsFarMoreExactThanSegments) {
 }
 
 TEST_F(March, UniformConvergesToTheReference) {
-  const Image reference = render_reference(scene_of(oblique(), Source::density)).image;
+  const Image reference = render_reference(scene_of(coloured(), Source::density)).image;
   for (const IntegratorInfo& rule : integrators) {
     if (!is_segment_rule(rule.id)) continue;
     std::vector<double> errors;
     for (const double step : {1.0, 0.25, 0.0625}) {
-      const View view = scene_of(with(oblique(), rule.id, step), Source::density);
+      const View view = scene_of(with(coloured(), rule.id, step), Source::density);
       errors.push_back(difference(std::string(rule.name) + " step " + std::to_string(step),
                                   double_picture(view), reference)
                            .rms);
@@ -211,7 +204,7 @@ TEST_F(March, HardwareFilterIsNearTheExactOne) {
   const std::pair<Source, double> cases[] = {
       {Source::density, 0}, {Source::density, 0.5}, {Source::vector, 0}, {Source::scalar, 0.5}};
   for (const auto& [source, step] : cases) {
-    Scene scene = oblique();
+    Scene scene = coloured();
     scene.luminance = {1, 1, 1};
     if (step > 0) scene.step = step;
     const Image exact = gl_picture(scene_of(scene, source));

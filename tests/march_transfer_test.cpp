@@ -2,7 +2,6 @@
 // double.
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "march_cases.h"

@@ -7,7 +7,6 @@
 
 #include "field_voxels.h"
 #include "march/atlas_march.h"
-#include "psivox/error.h"
 #include "reference_cases.h"
 #include "thrown.h"
 #include "verify/made_fields.h"

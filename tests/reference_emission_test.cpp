@@ -1,10 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <glm/geometric.hpp>
 
 #include "reference_cases.h"
-#include "scene/transfer_function.h"
 #include "verify/made_views.h"
 
 namespace psivox {

@@ -2,13 +2,10 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 
 #include "reference/ray_radiance.h"
 #include "reference/reference.h"
 #include "reference_cases.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {

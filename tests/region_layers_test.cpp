@@ -4,7 +4,6 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <string>
 #include <vector>
 
 #include "blobs_scene.h"

@@ -11,7 +11,6 @@
 #include <vector>
 
 #include "colour/colour.h"
-#include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "thrown.h"
 

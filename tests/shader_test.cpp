@@ -36,11 +36,7 @@ class Shaders : public ShaderTest {
     return error_of(ExitCode::graphics, [&] { picture(view); });
   }
 
-  static View view(Glow glow = Glow::constant) {
-    Scene scene = looking(small_scene(16), {95, 60, 70}, {11, 12, 11});
-    scene.extinction = 0.12;
-    return view_of(scene, mixed(), glow);
-  }
+  static View view(Glow glow = Glow::constant) { return view_of(oblique(16, 0.12), mixed(), glow); }
 };
 
 TEST_F(Shaders, TheFolderReplacesTheEmbeddedOnes) {

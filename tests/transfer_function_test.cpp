@@ -10,7 +10,6 @@
 #include <string>
 
 #include "march/transfer_table.h"
-#include "psivox/error.h"
 #include "thrown.h"
 
 namespace psivox {

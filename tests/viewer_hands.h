@@ -87,8 +87,9 @@ class Hands {
                        .render = render_by_program}) {}
 
   ~Hands() {
-    if (errors)
+    if (errors) {
       EXPECT_EQ(viewer.messages().error_count(), *errors) << viewer.messages().last_error();
+    }
   }
 
   void frames(int count) {

@@ -4,7 +4,6 @@
 #include <filesystem>
 
 #include <cstdlib>
-#include <glm/geometric.hpp>
 
 #include "base/text_file.h"
 #include "psivox/image.h"

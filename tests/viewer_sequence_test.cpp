@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 #include <filesystem>
 
-#include "base/text_file.h"
 #include "psivox/image.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"

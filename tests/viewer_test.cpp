@@ -7,12 +7,10 @@
 
 #include <cstdlib>
 #include <filesystem>
-#include <fstream>
 #include <thread>
 
 #include "base/text_file.h"
 #include "ocio_config.h"
-#include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
 #include "thrown.h"

@@ -4,14 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <glm/common.hpp>
 
 #include "field/leaf_values.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
 #include "psivox/open.h"
-#include "psivox/picture_file.h"
 #include "psivox/vdb.h"
 #include "thrown.h"
 

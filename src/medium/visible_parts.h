@@ -165,12 +165,11 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
     found.amounts[n] = float(parts[n].amount);
     if (parts[n].amount > 0) found.set_box(n, parts[n].low, parts[n].high);
   }
-  const float infinity = std::numeric_limits<float>::infinity();
   found.least = std::isinf(greatest) ? 0 : float(least);  // it will be another value
   if (double(found.least) > double(least)) found.least = std::nextafter(found.least, 0.0f);
   found.greatest = float(greatest);
   if (double(found.greatest) < double(greatest))
-    found.greatest = std::nextafter(found.greatest, infinity);
+    found.greatest = std::nextafter(found.greatest, std::numeric_limits<float>::infinity());
   return found;
 }
 
