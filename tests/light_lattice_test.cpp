@@ -108,31 +108,6 @@ TEST(LightLattice, ConvergesToExactLight) {
     }
 }
 
-TEST(LightLattice, DepthsOfPartsAddUp) {
-  // The regions of a volume in parts share its columns, and a point lies in one of them.
-  for (const glm::dvec3& direction : {oblique[0], oblique[1], glm::dvec3(0, 1, 0)}) {
-    const View view = view_of(lit_scene(direction), mixed());
-    const std::vector<glm::ivec3> blocks = blocks_of(view);
-    const MediumAtlas atlas = build_medium_atlas(view);
-    const LightMethod method{.spacing = 0.5};
-    const std::vector<double> whole =
-        depths_of(view, march_double_light_depths(view, atlas), blocks, method);
-    std::vector<double> sum(whole.size());
-    int dark = 0;  // parts that leave some depth at 0
-    for (const Region& region : Regions::in_parts(leaf_bricks(*view.medium.density), 5).all()) {
-      const MediumAtlas part = build_region_atlas(view, region.bricks);
-      const std::vector<double> own =
-          depths_of(view, march_double_light_depths(view, part), blocks, method);
-      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += own[i];
-      dark += std::ranges::count(own, 0.0) > 0;
-    }
-    EXPECT_EQ(dark, 5);
-    double most = 0;
-    for (std::size_t i = 0; i < sum.size(); ++i) most = std::max(most, std::abs(sum[i] - whole[i]));
-    EXPECT_LE(most, 1e-12);  // sums of some hundred terms in double
-  }
-}
-
 TEST(LightLattice, WantedBlocksAreThoseOfAll) {
   for (const glm::dvec3& direction : oblique) {
     const View view = view_of(lit_scene(direction), mixed());

@@ -153,11 +153,10 @@ TEST_F(MarchLayers, PixelSamplesAreTheMeanOfTheirRays) {
 
 /// Whether one of the values of 4^3 cells is not 0.
 bool holds_any(const FieldVoxels& voxels, const glm::ivec3& octant) {
-  for (int x = 0; x <= 4; ++x)
-    for (int y = 0; y <= 4; ++y)
-      for (int z = 0; z <= 4; ++z)
-        if (voxels(4 * octant + glm::ivec3(x, y, z)) != glm::vec3(0)) return true;
-  return false;
+  bool any = false;
+  for_points({4 * octant, 4 * octant + 4},
+             [&](const glm::ivec3& v) { any |= voxels(v) != glm::vec3(0); });
+  return any;
 }
 
 /// Counts the cells that the picture's rays cross in bricks whose values differ, but for octants of

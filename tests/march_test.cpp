@@ -38,6 +38,7 @@ Field vector_glow() {
   return make_vector_field(
       {{0, 0, 0}, {24, 24, 24}},
       [](glm::ivec3 v) {
+        if (v.x >= 16) return glm::vec3(0.3f, 0.5f, 0.9f);  // bricks of one colour
         return glm::vec3(noise(v), 0.5f * blobs_at(glm::dvec3(v)), 0.04f * float(v.x));
       },
       tilted());

@@ -111,32 +111,18 @@ TEST(Regions, ComeInTheOrderOfEveryRay) {
     }
 }
 
-struct Fold {
-  bool reversed = false;  ///< back to front
-  bool apron = true;      ///< regions have the voxels around them that they need
-  bool ghost = true;      ///< and the bricks that steps reach
-};
-
 /// The pictures of all pixels' rays, R G B A and transmittance in place of A, folded over regions
 /// front to back; one region is the whole.
-std::vector<glm::dvec4> folded(const View& view, std::size_t parts, Fold how = {}) {
+std::vector<glm::dvec4> folded(const View& view, std::size_t parts) {
   const Field& density = *view.medium.density;
   const glm::ivec2 size = view.scene.resolution;
   const RayFold fold(view);
   std::vector<glm::dvec4> rays(std::size_t(size.x * size.y), fold.nothing());
-  std::vector<Region> regions = Regions::in_parts(leaf_bricks(density), parts)
-                                    .front_to_back(view.camera, density.world_from_index);
-  if (how.reversed) std::reverse(regions.begin(), regions.end());
-  for (const Region& region : regions) {
-    View part = view;
-    const glm::ivec3 most(1 << 20);
-    const Box voxels{8 * glm::max(region.bricks.min, -most),
-                     8 * glm::min(region.bricks.max, most) + 7};
-    if (!how.apron) part.medium.density = share(part_of_field(density, voxels));
-    const MediumAtlas atlas =
-        parts == 1 ? build_medium_atlas(view)
-                   : build_region_atlas(part, region.bricks,
-                                        how.ghost ? region_ghost(view) : glm::ivec3(0));
+  for (const Region& region : Regions::in_parts(leaf_bricks(density), parts)
+                                  .front_to_back(view.camera, density.world_from_index)) {
+    const MediumAtlas atlas = parts == 1
+                                  ? build_medium_atlas(view)
+                                  : build_region_atlas(view, region.bricks, region_ghost(view));
     const MarchSetup setup = make_march_setup(view, atlas);
     glsl::AtlasMarch march(setup, atlas);
     march.sample_offset = glm::dvec2(0.5);
@@ -210,19 +196,6 @@ TEST(RegionFold, EqualsOnePassInExactCells) {
   expect_one_pass(view_of(scene, share(field), Glow::density), "cell-exact");
 }
 
-TEST(RegionFold, NeedsTheOrderAndTheApron) {
-  const Scene scene = cameras().front().second;
-  for (const auto& [name, mode] : joined_modes) {
-    const View view = in_mode(scene, mode, mixed());
-    const auto whole = folded(view, 1);
-    // the greatest value and the integral have no order
-    if (mode != Mode::mip && mode != Mode::xray) {
-      EXPECT_GT(largest_difference(whole, folded(view, 8, {.reversed = true})), 1e-3) << name;
-    }
-    EXPECT_GT(largest_difference(whole, folded(view, 8, {.apron = false})), 1e-3) << name;
-  }
-}
-
 /// Steps that are shorter or longer than a cell, by a rule of the ends, of the middle, and with
 /// corrections at the ends.
 const Scene uniform_scenes[] = {with(small_scene(21), Integrator::psi_balanced, 0.7),
@@ -247,14 +220,6 @@ TEST(RegionFold, EqualsOnePassInUniformSteps) {
     expect_one_pass(in_mode(steps, mode, mixed()), "mode " + std::to_string(int(mode)));
   // where a voxel is longer along one axis than along another, a step is longer in voxels
   expect_one_pass(in_mode(steps, Mode::alpha, mixed(sheared)), "sheared");
-}
-
-TEST(RegionFold, NeedsTheGhostOfUniformSteps) {
-  for (const Scene& steps : uniform_scenes) {
-    const View view = in_mode(steps, Mode::alpha, mixed());
-    const auto whole = folded(view, 1);
-    EXPECT_GT(largest_difference(whole, folded(view, 8, {.ghost = false})), 1e-3) << text_of(steps);
-  }
 }
 
 using RegionFoldOnTheGpu = GpuTest;
