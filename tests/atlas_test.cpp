@@ -26,16 +26,14 @@ void expect_all_values(const Field& field, const BrickAtlas& atlas) {
   const Box domain = field.domain();
   ASSERT_EQ(atlas.domain, domain);
   std::size_t wrong = 0;
-  for (int x = domain.min.x; x < domain.max.x; ++x)
-    for (int y = domain.min.y; y < domain.max.y; ++y)
-      for (int z = domain.min.z; z < domain.max.z; ++z) {
-        const PageEntry entry = page_entry(atlas.pages, {x, y, z});
-        for (int i = 0; i < 8; ++i) {
-          const glm::ivec3 v = glm::ivec3(x, y, z) + glm::ivec3(i >> 2, (i >> 1) & 1, i & 1);
-          if (atlas_value(atlas, entry, v) == voxels(v)) continue;
-          if (++wrong == 1) ADD_FAILURE() << "first at voxel " << v.x << ' ' << v.y << ' ' << v.z;
-        }
-      }
+  for_points({domain.min, domain.max - 1}, [&](const glm::ivec3& cell) {
+    const PageEntry entry = page_entry(atlas.pages, cell);
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 v = cell + cube_corner(i);
+      if (atlas_value(atlas, entry, v) == voxels(v)) continue;
+      if (++wrong == 1) ADD_FAILURE() << "first at voxel " << v.x << ' ' << v.y << ' ' << v.z;
+    }
+  });
   EXPECT_EQ(wrong, 0u);
 }
 
@@ -248,18 +246,16 @@ TEST(Atlas, AWideTileIsStoredAsItsNarrowOnes) {
     const BrickAtlas a = build_atlas(wide, cases[k]), b = build_atlas(narrow, cases[k]);
     ASSERT_EQ(a.domain, b.domain);
     std::size_t wrong = 0;
-    for (int x = -2; x < 33; ++x)
-      for (int y = -1; y < 17; ++y)
-        for (int z = -1; z < 19; ++z) {
-          const glm::ivec3 voxel = glm::max(8 * glm::ivec3(x, y, z), a.domain.min);
-          if (voxel.x >= a.domain.max.x || voxel.y >= a.domain.max.y || voxel.z >= a.domain.max.z)
-            continue;
-          const PageEntry in_a = page_entry(a.pages, voxel), in_b = page_entry(b.pages, voxel);
-          wrong += in_a.kind != in_b.kind;
-          for (const glm::ivec3 corner : {voxel, 8 * glm::ivec3(x, y, z) + 8})
-            wrong += in_a.kind == in_b.kind &&
-                     atlas_value(a, in_a, corner) != atlas_value(b, in_b, corner);
-        }
+    for_points({{-2, -1, -1}, {32, 16, 18}}, [&](const glm::ivec3& brick) {
+      const glm::ivec3 voxel = glm::max(8 * brick, a.domain.min);
+      if (voxel.x >= a.domain.max.x || voxel.y >= a.domain.max.y || voxel.z >= a.domain.max.z)
+        return;
+      const PageEntry in_a = page_entry(a.pages, voxel), in_b = page_entry(b.pages, voxel);
+      wrong += in_a.kind != in_b.kind;
+      for (const glm::ivec3 corner : {voxel, 8 * brick + 8})
+        wrong +=
+            in_a.kind == in_b.kind && atlas_value(a, in_a, corner) != atlas_value(b, in_b, corner);
+    });
     EXPECT_EQ(wrong, 0u);
   }
 }
@@ -339,9 +335,7 @@ TEST(Atlas, HalvesRefuseWhatTheyCannotHold) {
   EXPECT_NO_THROW(build(65536.0f, TexelType::float32));
   const std::string message =
       error_of(ExitCode::input, [&] { build(65536.0f, TexelType::float16); });
-  for (const char* part : {"density", "65536", "65504", "float32"})
-    EXPECT_NE(message.find(part), std::string::npos) << message;
-  EXPECT_EQ(message.find('\n'), std::string::npos);
+  for (const char* part : {"density", "65536", "65504", "float32"}) EXPECT_TRUE(has(message, part));
 }
 
 TEST(Atlas, PredictionIsWhatIsBuilt) {
@@ -371,8 +365,8 @@ TEST(Atlas, MemoryLimitIsKeptToTheByte) {
   EXPECT_NO_THROW(build_atlas(field, {.memory_limit = needed}));
   const std::string message =
       error_of(ExitCode::memory, [&] { build_atlas(field, {.memory_limit = needed - 1}); });
-  EXPECT_NE(message.find("density"), std::string::npos) << message;
-  EXPECT_NE(message.find("float16"), std::string::npos) << message;
+  EXPECT_TRUE(has(message, "density"));
+  EXPECT_TRUE(has(message, "float16"));
   EXPECT_NO_THROW(build_atlas(field, {.texel = TexelType::float16, .memory_limit = needed - 1}));
 }
 

@@ -3,13 +3,11 @@
 
 #include <array>
 #include <glm/gtc/matrix_transform.hpp>
-#include <random>
 #include <vector>
 
 #include "base/statistics.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
-#include "reference/piece.h"
 #include "scene/transfer_function.h"
 #include "study/suite.h"
 
@@ -152,48 +150,6 @@ TEST(Bound, HoldsInEveryPixelOfManyScenes) {
               percentile(looseness, 0.5), percentile(looseness, 0.99));
   EXPECT_GT(looseness.size(), 600u);
   EXPECT_LT(percentile(looseness, 0.5), 1.01);  // a hundredth less would not hold
-}
-
-/// int_0^1 (L x + glow) T by Gauss rules of three points on 4096 panels.
-double by_panels(const Piece& piece) {
-  long double sum = 0, depth = 0;
-  for (int i = 0; i < 4096; ++i) {
-    const double h = 1.0 / 4096;
-    const Cubic x = part(piece.x, i * h, (i + 1) * h);
-    for (const double at : {0.1127016653792583, 0.5, 0.8872983346207417}) {
-      const double to_there = h * at * mean(part(x, 0, at)), u = (i + at) * h;
-      const double S = evaluate(piece.L[0], u) * evaluate(piece.x, u) + evaluate(piece.glow[0], u);
-      sum += (at == 0.5 ? 8 : 5) / 18.0L * h * std::exp(-double(depth) - to_there) * S;
-    }
-    depth += h * mean(x);
-  }
-  return double(sum);
-}
-
-TEST(Bound, OfAPieceHoldsAtEveryTolerance) {
-  std::mt19937 engine(5);
-  std::uniform_real_distribution<double> u(0, 1);
-  double closest = 0;
-  for (int i = 0; i < 200; ++i) {
-    Piece piece;
-    piece.channels = 1;
-    piece.glows = i % 3 == 0;
-    piece.glow_share = 1;
-    const double depth = std::pow(10, 3.5 * u(engine) - 2);
-    for (std::size_t k = 0; k < 4; ++k) {
-      piece.x[k] = depth * std::pow(u(engine), 3);
-      piece.L[0][k] = std::pow(u(engine), 3);
-      if (piece.glows) piece.glow[0][k] = u(engine);
-    }
-    const double truth = by_panels(piece);
-    for (const double tolerance : {1.0, 0.1, 1e-2, 1e-4, 1e-8}) {
-      const PieceRadiance r = integrate(piece, 1, {tolerance, tolerance / 10});
-      const double off = std::abs(r.radiance[0] - truth);
-      EXPECT_LE(off, r.error + 1e-12) << i << " " << tolerance;  // of the truth: depths to 300
-      if (off > 1e-10) closest = std::max(closest, off / r.error);
-    }
-  }
-  EXPECT_GT(closest, 0.01);  // a hundredth of the bound would not hold
 }
 
 class SuiteBound : public GpuTest {};

@@ -2,13 +2,10 @@
 
 #include <gtest/gtest.h>
 
-#include <glm/gtc/matrix_transform.hpp>
-
 #include "blobs_scene.h"
 #include "field_voxels.h"
 #include "medium/map_field.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
 #include "verify/made_fields.h"
 
 namespace psivox {
@@ -37,9 +34,7 @@ TEST(CoarseField, TakesTilesAndLeavesAlike) {
   const Field from_leaves = coarse_field(leaves, 1, Centering::node);
   const Field from_tiles = coarse_field(with_tiles(leaves), 1, Centering::node);
   const FieldVoxels a(from_leaves), b(from_tiles);
-  for (int x = 0; x < 20; ++x)
-    for (int y = 0; y < 16; ++y)
-      for (int z = 0; z < 12; ++z) EXPECT_EQ(a({x, y, z}), b({x, y, z}));
+  for_points({{0, 0, 0}, {19, 15, 11}}, [&](const glm::ivec3& v) { EXPECT_EQ(a(v), b(v)); });
 }
 
 TEST(CoarseField, HalvesWideTiles) {

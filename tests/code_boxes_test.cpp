@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "code_cases.h"
 #include "field_voxels.h"
 #include "light_cases.h"
 #include "march/atlas_march.h"
@@ -35,12 +36,10 @@ Field bars() {
   });
 }
 
-/// Widths in turn, so that neighbouring bricks differ; boxes if they save anything to speak of.
+/// Boxes if they save anything to speak of.
 MediumAtlas in_turn(MediumAtlas atlas) {
   atlas.density.most_boxes = 0.9;
-  std::vector<CodeWidth> widths = *fixed_widths(atlas, TexelType::code7);
-  for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = CodeWidth(i % 3);
-  return coded(atlas, widths);
+  return coded_in_turn(atlas);
 }
 
 MediumAtlas without_boxes(MediumAtlas atlas) {
@@ -156,20 +155,12 @@ Comparison boxes_and_whole(const std::string& what, const View& view, const Medi
 
 Scene above() { return looking(small_scene(48), {-80, 70, 60}, {20, 6, 8}); }
 
-Scene marched_by(Scene scene, bool cells) {
-  if (cells)
-    scene.integrator = Integrator::cell_exact;
-  else
-    scene.step = 0.7;
-  return scene;
-}
-
 constexpr double rounding = 1e-9;  // of float32's offsets, by which a code of 0 may miss 0
 
 TEST(CodeBoxes, ShowWhatWholeBricksShow) {
   for (const bool cells : {true, false})
     for (const Glow glow : {Glow::constant, Glow::density}) {
-      const View view = view_of(marched_by(above(), cells), slope(), glow);
+      const View view = view_of(by(above(), cells), slope(), glow);
       EXPECT_LE(boxes_and_whole("no function", view, build_medium_atlas(view)).max, rounding);
     }
   Scene maxima = above();
@@ -180,7 +171,7 @@ TEST(CodeBoxes, ShowWhatWholeBricksShow) {
 
 TEST(CodeBoxes, ShowTheSameLight) {
   for (const bool colours : {false, true}) {
-    Scene scene = marched_by(above(), true);
+    Scene scene = by(above(), true);
     scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
     if (colours) scene.lights.push_back({{-1, -0.2, 0.5}, {0.2, 0.5, 1}});
     const View view = lit_in_double(view_of(scene, slope()));
@@ -210,7 +201,7 @@ std::string outside_a_band() {
 // A value may be off by half a step, and so be visible in a cell that is not: in boxes over other
 // lengths than in whole bricks. With codes of 7 bits that is 0.004 of the range.
 TEST(CodeBoxes, ShowWhatAFunctionShows) {
-  Scene scene = marched_by(above(), true);
+  Scene scene = by(above(), true);
   scene.transfer_function = above_a_value();
   const View steep = view_of(scene, slope());
   EXPECT_LE(boxes_and_whole("above", steep, build_medium_atlas(steep)).max, 2e-3);
@@ -227,7 +218,7 @@ TEST(CodeBoxes, StepsFromHiddenCellsMissLessThanTheMarch) {
     scene.transfer_function = above_a_value();
     if (light) scene.lights = {{{-1, 1, -0.5}, {1, 1, 1}}};
     const auto view_by = [&](bool cells) {
-      const View view = view_of(marched_by(scene, cells), slope());
+      const View view = view_of(by(scene, cells), slope());
       return light ? lit_in_double(view) : view;
     };
     const View exact = view_by(true), steps = view_by(false);
@@ -246,22 +237,18 @@ class CodeBoxesOnTheGpu : public GpuTest {};
 TEST_F(CodeBoxesOnTheGpu, AreTheMarchInDouble) {
   for (const bool cells : {true, false})
     for (const bool light : {false, true}) {
-      Scene scene = marched_by(above(), cells);
+      Scene scene = by(above(), cells);
       if (light) scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}, {{-1, -0.2, 0.5}, {0.2, 0.5, 1}}};
       View view = view_of(scene, slope());
       if (light) view = lit_in_double(view);
       const MediumAtlas boxes = in_turn(build_medium_atlas(view));
       ASSERT_NE(boxes.density.code_unit, code_words);
-      const Image gpu = render_gl(view, boxes).image;
-      expect_content(gpu, 0.01);
-      const Comparison c = difference("boxes", gpu, render_double(view, boxes).image);
-      EXPECT_LE(c.rms, 1e-6);
-      EXPECT_LE(c.max, 2e-5);
+      expect_arithmetic("boxes", view, boxes, 0.01);
     }
 }
 
 TEST_F(CodeBoxesOnTheGpu, HaveStepsOfTheirOwn) {
-  const View view = view_of(marched_by(above(), false), slope());
+  const View view = view_of(by(above(), false), slope());
   const MediumAtlas boxes = in_turn(build_medium_atlas(view));
   std::vector<float> parts(boxes.density.bricks.size());
   for (std::size_t i = 0; i < parts.size(); ++i) parts[i] = i % 2 ? 0.25f : 1.0f;

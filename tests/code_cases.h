@@ -8,11 +8,7 @@
 
 namespace psivox {
 
-inline Scene oblique() {
-  Scene scene = looking(small_scene(64), {95, 60, 70}, {11, 12, 11});
-  scene.extinction = 0.12;
-  return scene;
-}
+inline Scene oblique() { return oblique(64, 0.12); }
 
 inline Scene by(Scene scene, bool cells) {
   if (cells)

@@ -124,21 +124,13 @@ TEST(Codes, BricksAreAsWideAsTheirStepsAsk) {
 
 class CodedMarch : public GpuTest {};
 
-/// Both read the same codes: the bounds of any arithmetic (march_test).
-void expect_arithmetic(const std::string& what, const View& view, const MediumAtlas& codes) {
-  ASSERT_TRUE(codes.density.codes);
-  const Image gpu = render_gl(view, codes).image;
-  expect_content(gpu);
-  const Comparison c = difference(what, gpu, render_double(view, codes).image);
-  EXPECT_LE(c.rms, 1e-6) << what;
-  EXPECT_LE(c.max, 2e-5) << what;
-}
-
 TEST_F(CodedMarch, GpuIsTheMarchInDouble) {
   for (const bool cells : {true, false})
     for (const Glow glow : {Glow::constant, Glow::density}) {
       const View view = view_of(by(oblique(), cells), mixed(), glow);
-      expect_arithmetic(cells ? "cells" : "uniform", view, coded_in_turn(build_medium_atlas(view)));
+      const MediumAtlas codes = coded_in_turn(build_medium_atlas(view));
+      ASSERT_TRUE(codes.density.codes);
+      expect_arithmetic(cells ? "cells" : "uniform", view, codes);
     }
 }
 
@@ -183,8 +175,7 @@ TEST_F(CodedMarch, PartsAreTheWhole) {
 }
 
 Scene asked(double tolerance) {
-  Scene scene = looking(small_scene(64), {95, 60, 70}, {11, 12, 11});
-  scene.extinction = 0.12;
+  Scene scene = oblique();
   scene.early_termination.reset();
   scene.tolerance = tolerance;
   return scene;

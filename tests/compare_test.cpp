@@ -66,17 +66,8 @@ TEST(CompareImages, KeepsSmallDifferencesOfLargeValues) {
 TEST(CompareImages, RefusesDifferentSizes) {
   const std::string text =
       error_of(ExitCode::input, [] { compare_images(noise(4, 2), noise(2, 4)); });
-  EXPECT_NE(text.find("4x2"), std::string::npos);
-  EXPECT_NE(text.find("2x4"), std::string::npos);
-}
-
-TEST(OpenImageIo, ReportsTheVersionOfItsLibrary) {
-  std::istringstream version(openimageio_version());
-  int major = 0;
-  char dot = 0;
-  version >> major >> dot;
-  EXPECT_EQ(major, OIIO_VERSION_MAJOR);
-  EXPECT_EQ(dot, '.');
+  EXPECT_TRUE(has(text, "4x2"));
+  EXPECT_TRUE(has(text, "2x4"));
 }
 
 }  // namespace

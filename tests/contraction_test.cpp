@@ -12,7 +12,6 @@
 #include "march/march_double.h"
 #include "psivox/image.h"
 #include "verify/case.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

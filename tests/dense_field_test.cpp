@@ -134,13 +134,12 @@ TEST(Dense, ValuesAreCheckedForTheirRole) {
   EXPECT_TRUE(file.read("density", {.role = GridRole::data}).notices.empty());
   const Field light = file.read("density", {.role = GridRole::luminance});
   ASSERT_EQ(light.notices.size(), 1u);
-  EXPECT_NE(light.notices[0].find("negative values taken as 0"), std::string::npos);
+  EXPECT_TRUE(has(light.notices[0], "negative values taken as 0"));
   EXPECT_LT(light.replaced.least, 0);
-  EXPECT_NE(input_error([&] {
-              file.read("density", {.role = GridRole::luminance, .strict = true});
-            }).find("strict"),
-            std::string::npos);
-  EXPECT_NE(input_error([&] { file.read("smoke"); }).find("'density'"), std::string::npos);
+  EXPECT_TRUE(
+      has(input_error([&] { file.read("density", {.role = GridRole::luminance, .strict = true}); }),
+          "strict"));
+  EXPECT_TRUE(has(input_error([&] { file.read("smoke"); }), "'density'"));
 }
 
 TEST(Dense, GridsOfFilesAreGathered) {

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "field/index_space.h"
 #include "psivox/field.h"
 
 namespace psivox {
@@ -55,10 +56,10 @@ class FieldVoxels {
   /// Whether the 9^3 values of a brick are all 0, all equal, or neither.
   EntryKind kind(const glm::ivec3& brick) const {
     const glm::vec3 first = (*this)(brick * 8);
-    for (int x = 0; x < 9; ++x)
-      for (int y = 0; y < 9; ++y)
-        for (int z = 0; z < 9; ++z)
-          if ((*this)(brick * 8 + glm::ivec3(x, y, z)) != first) return EntryKind::brick;
+    bool equal = true;
+    for_points({8 * brick, 8 * brick + 8},
+               [&](const glm::ivec3& v) { equal &= (*this)(v) == first; });
+    if (!equal) return EntryKind::brick;
     return first == glm::vec3(0) ? EntryKind::empty : EntryKind::constant;
   }
 

@@ -110,7 +110,7 @@ TEST_F(GlTrouble, AFullDeviceDrawsInParts) {
     Session session(scene);
     const Drawn drawn = session.draw(*marcher_);
     ASSERT_FALSE(drawn.notices.empty());
-    EXPECT_NE(drawn.notices.back().find("parts"), std::string::npos) << drawn.notices.back();
+    EXPECT_TRUE(has(drawn.notices.back(), "parts"));
     EXPECT_LE(device_.most_held, device_.capacity);
     // Parts find the same cells, and read the same texels. Light's depths are sums over parts.
     // Rays are placed by quotients, of which GLSL allows five times IEEE's error (4.50, 4.7.1).
@@ -135,7 +135,7 @@ TEST_F(GlTrouble, ADeviceThatHoldsNothingSaysSo) {
     return error_of(ExitCode::memory, [&] { Session(scene).draw(*marcher_); });
   };
   for (const char* part : {"memory is full", "--texel"})
-    EXPECT_NE(full(blobs_scene()).find(part), std::string::npos) << full(blobs_scene());
+    EXPECT_TRUE(has(full(blobs_scene()), part));
   // what cannot be drawn in parts says the same
   Scene uniform = blobs_scene();
   uniform.sampling = Sampling::uniform;
@@ -150,7 +150,7 @@ TEST_F(GlTrouble, ALostContextSaysSo) {
   session.draw(*marcher_);
   const auto expect_lost = [&] {
     const std::string message = error_of(ExitCode::graphics, [&] { session.draw(*marcher_); });
-    EXPECT_NE(message.find("reset"), std::string::npos) << message;
+    EXPECT_TRUE(has(message, "reset"));
   };
   device_.reset = GL_INNOCENT_CONTEXT_RESET;
   expect_lost();

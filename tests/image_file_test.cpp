@@ -10,21 +10,21 @@ TEST_F(ImageTest, ReadingNamesTheFileAndTheReason) {
   const auto read_text = [&](const std::string& name) {
     const fs::path path = name.empty() ? directory_ : file(name);
     const std::string text = error_of(ExitCode::input, [&] { read_image(path); });
-    EXPECT_NE(text.find("cannot read '" + path.string() + "': "), std::string::npos) << text;
+    EXPECT_TRUE(has(text, "cannot read '" + path.string() + "': "));
     return text;
   };
-  EXPECT_NE(read_text("absent.exr").find("no such file"), std::string::npos);
-  EXPECT_NE(read_text("").find("directory"), std::string::npos);
+  EXPECT_TRUE(has(read_text("absent.exr"), "no such file"));
+  EXPECT_TRUE(has(read_text(""), "directory"));
   test::write_bytes("empty.exr", "");
-  EXPECT_NE(read_text("empty.exr").find("no EXR, PNG, TIFF"), std::string::npos);
+  EXPECT_TRUE(has(read_text("empty.exr"), "no EXR, PNG, TIFF"));
   test::write_bytes("text.png", "P6 1 1 255 abc");
-  EXPECT_NE(read_text("text.png").find("no EXR, PNG, TIFF"), std::string::npos);
+  EXPECT_TRUE(has(read_text("text.png"), "no EXR, PNG, TIFF"));
   EXPECT_NE(input_error([&] { read_metadata(file("text.png"), "psivox:scene"); }), "no error");
 
   OIIO::ImageSpec spec(1, 1, 1, OIIO::TypeFloat);
   spec.channelnames = {"depth"};
   write_with_oiio(file("depth.exr"), spec, {1});
-  EXPECT_NE(read_text("depth.exr").find("but depth"), std::string::npos);
+  EXPECT_TRUE(has(read_text("depth.exr"), "but depth"));
 }
 
 TEST_F(ImageTest, AFileCutShortIsAnErrorAndPrintsNothingItself) {
@@ -37,7 +37,7 @@ TEST_F(ImageTest, AFileCutShortIsAnErrorAndPrintsNothingItself) {
                                    std::size_t{380}, whole.size() / 2, whole.size() - 1}) {
       test::write_bytes("cut", whole.substr(0, size));
       const std::string text = error_of(ExitCode::input, [&] { read_image(file("cut")); });
-      EXPECT_NE(text.find("cut'"), std::string::npos) << name << " of " << size << ": " << text;
+      EXPECT_TRUE(has(text, "cut'")) << name << " of " << size;
     }
   }
   EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
@@ -49,13 +49,12 @@ TEST_F(ImageTest, AnAttributeThatIsLongerThanItsExrIsNotAllocated) {
   write_image(image, file("a.exr"));
   std::string bytes = test::file_bytes(file("a.exr"));
   const std::string before("psivox:scene\0string\0", 20);
-  ASSERT_NE(bytes.find(before), bytes.npos);
+  ASSERT_TRUE(has(bytes, before));
   for (const std::int32_t length : {1 << 30, -1}) {
     std::memcpy(bytes.data() + bytes.find(before) + before.size(), &length, sizeof length);
     test::write_bytes("long.exr", bytes);
     const std::string text = error_of(ExitCode::input, [&] { read_image(file("long.exr")); });
-    EXPECT_NE(text.find("an attribute of type 'string' is longer than the file"), text.npos)
-        << text;
+    EXPECT_TRUE(has(text, "an attribute of type 'string' is longer than the file"));
   }
 }
 
@@ -69,15 +68,14 @@ TEST_F(ImageTest, AnAttributeOfAnotherLengthThanItsValueIsAnError) {
   for (const auto& [name, type] : types) {
     std::string wrong = bytes;
     const std::string start = name + '\0' + type + '\0';
-    ASSERT_NE(wrong.find(start), wrong.npos);
+    ASSERT_TRUE(has(wrong, start));
     const std::size_t length = wrong.find(start) + start.size();
     const auto bytes_of_value = std::size_t(std::uint8_t(wrong[length]));
     ++wrong[length];
     wrong.insert(length + 4 + bytes_of_value, 1, 'x');
     test::write_bytes("wrong.exr", wrong);
     const std::string text = error_of(ExitCode::input, [&] { read_image(file("wrong.exr")); });
-    EXPECT_NE(text.find("an attribute of type '" + type + "' has a wrong length"), text.npos)
-        << text;
+    EXPECT_TRUE(has(text, "an attribute of type '" + type + "' has a wrong length"));
   }
 }
 
@@ -87,7 +85,7 @@ TEST_F(ImageTest, AShortExrOfManyPixelsIsRefused) {
   const std::int32_t window[] = {0, 0, 3999999, 63};
   for (const std::string name : {"dataWindow", "displayWindow"}) {
     const std::string start = name + '\0' + "box2i" + '\0';
-    ASSERT_NE(bytes.find(start), bytes.npos);
+    ASSERT_TRUE(has(bytes, start));
     std::memcpy(bytes.data() + bytes.find(start) + start.size() + 4, window, sizeof window);
   }
   test::write_bytes("short.exr", bytes);
@@ -141,9 +139,7 @@ TEST_F(ImageTest, AnUnknownExtensionIsAUsageErrorThatNamesTheKnown) {
     for (const auto& call : {std::function([&] { check_writable(file(name)); }),
                              std::function([&] { write_image(noise(1, 1), file(name)); })}) {
       const std::string text = error_of(ExitCode::usage, call);
-      EXPECT_NE(text.find("use .exr, .png, .tif, .tiff, .jpg, .jpeg, .hdr or .webp"),
-                std::string::npos)
-          << text;
+      EXPECT_TRUE(has(text, "use .exr, .png, .tif, .tiff, .jpg, .jpeg, .hdr or .webp"));
     }
   }
   EXPECT_TRUE(files().empty());
@@ -170,7 +166,7 @@ TEST_F(ImageTest, AnUnwritableTargetIsFoundBeforeAnyWork) {
   const Names before = files();
   for (const std::string& path : unwritable) {
     const std::string checked = error_of(ExitCode::output, [&] { check_writable(path); });
-    EXPECT_NE(checked.find(path), std::string::npos) << checked;
+    EXPECT_TRUE(has(checked, path));
     EXPECT_EQ(error_of(ExitCode::output, [&] { write_image(noise(1, 1), path); }), checked);
   }
   EXPECT_EQ(files(), before);
@@ -239,7 +235,7 @@ TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
       setrlimit(RLIMIT_FSIZE, &tight);
       const std::string text = error_of(ExitCode::output, [&] { write_image(image, file(name)); });
       setrlimit(RLIMIT_FSIZE, &previous);
-      EXPECT_NE(text.find(std::strerror(EFBIG)), std::string::npos) << name << limit << text;
+      EXPECT_TRUE(has(text, std::strerror(EFBIG))) << name << limit;
       EXPECT_EQ(test::file_bytes(file(name)), "old");
     }
   }
@@ -250,8 +246,8 @@ TEST_F(ImageTest, AFullDiskIsAnErrorAndLeavesTheOldFile) {
 TEST_F(ImageTest, AMalformedImageIsRefused) {
   Image image = noise(2, 2, {"depth"});
   image.layers[1].values.pop_back();
-  EXPECT_NE(error_of(ExitCode::failure, [&] { write_image(image, file("a.exr")); }).find("depth"),
-            std::string::npos);
+  EXPECT_TRUE(
+      has(error_of(ExitCode::failure, [&] { write_image(image, file("a.exr")); }), "depth"));
   image = noise(2, 2, {"R"});
   for (const Image& wrong : {image, Image{}})
     EXPECT_NE(error_of(ExitCode::failure, [&] { write_image(wrong, file("a.exr")); }), "no error");

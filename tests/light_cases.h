@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <span>
 #include <string>
@@ -54,6 +55,25 @@ inline std::vector<double> depths_of(const View& view, const LightDepths& depths
          },
          {});
   return result;
+}
+
+/// Difference of transmittances at the voxels of the domain.
+inline Difference difference_of(const View& view, const std::vector<glm::ivec3>& blocks,
+                                const std::vector<double>& a, const std::vector<double>& b) {
+  const Box domain = view.medium.density->domain();
+  Difference d;
+  double count = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    const int n = int(i % 512);
+    const glm::ivec3 at = blocks[i / 512] + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
+    if (glm::clamp(at, domain.min, domain.max) != at) continue;
+    const double off = std::abs(std::exp(-a[i]) - std::exp(-b[i]));
+    d.max = std::max(d.max, off);
+    d.rms += off * off;
+    count += 1;
+  }
+  d.rms = std::sqrt(d.rms / std::max(count, 1.0));
+  return d;
 }
 
 /// A function whose attenuation turns at several values, in a file.

@@ -16,25 +16,6 @@
 namespace psivox {
 namespace {
 
-/// Difference of transmittances at the voxels of the domain.
-Difference difference_of(const View& view, const std::vector<glm::ivec3>& blocks,
-                         const std::vector<double>& a, const std::vector<double>& b) {
-  const Box domain = view.medium.density->domain();
-  Difference d;
-  double count = 0;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const int n = int(i % 512);
-    const glm::ivec3 at = blocks[i / 512] + glm::ivec3(n >> 6, (n >> 3) & 7, n & 7);
-    if (glm::clamp(at, domain.min, domain.max) != at) continue;
-    const double off = std::abs(std::exp(-a[i]) - std::exp(-b[i]));
-    d.max = std::max(d.max, off);
-    d.rms += off * off;
-    count += 1;
-  }
-  d.rms = std::sqrt(d.rms / std::max(count, 1.0));
-  return d;
-}
-
 /// A view's exact light in double, and what lattices miss of it.
 class ExactLight {
  public:
@@ -106,6 +87,7 @@ TEST(LightLattice, ConvergesToExactLight) {
   for (const std::string& function :
        {std::string(), lattice_function_file(), clear_function_file()})
     for (const glm::dvec3& direction : oblique) {
+      if (!function.empty() && direction != oblique[0]) continue;
       Scene scene = lit_scene(direction);
       scene.extinction = 0.05;
       scene.transfer_function = function;
@@ -124,31 +106,6 @@ TEST(LightLattice, ConvergesToExactLight) {
         before = d.rms;
       }
     }
-}
-
-TEST(LightLattice, DepthsOfPartsAddUp) {
-  // The regions of a volume in parts share its columns, and a point lies in one of them.
-  for (const glm::dvec3& direction : {oblique[0], oblique[1], glm::dvec3(0, 1, 0)}) {
-    const View view = view_of(lit_scene(direction), mixed());
-    const std::vector<glm::ivec3> blocks = blocks_of(view);
-    const MediumAtlas atlas = build_medium_atlas(view);
-    const LightMethod method{.spacing = 0.5};
-    const std::vector<double> whole =
-        depths_of(view, march_double_light_depths(view, atlas), blocks, method);
-    std::vector<double> sum(whole.size());
-    int dark = 0;  // parts that leave some depth at 0
-    for (const Region& region : Regions::in_parts(leaf_bricks(*view.medium.density), 5).all()) {
-      const MediumAtlas part = build_region_atlas(view, region.bricks);
-      const std::vector<double> own =
-          depths_of(view, march_double_light_depths(view, part), blocks, method);
-      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += own[i];
-      dark += std::ranges::count(own, 0.0) > 0;
-    }
-    EXPECT_EQ(dark, 5);
-    double most = 0;
-    for (std::size_t i = 0; i < sum.size(); ++i) most = std::max(most, std::abs(sum[i] - whole[i]));
-    EXPECT_LE(most, 1e-12);  // sums of some hundred terms in double
-  }
 }
 
 TEST(LightLattice, WantedBlocksAreThoseOfAll) {

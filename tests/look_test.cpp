@@ -6,7 +6,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
@@ -39,35 +38,20 @@ Scene scene_of(const std::string& file) {
 LookedScene auto_look(const Scene& scene) { return with_look(scene, VdbFile(scene.input), "auto"); }
 
 TEST(Look, IsOpenUnlessTheSceneSaysHowTheMediumShines) {
-  for (const auto& [name, text] : {std::pair("extinction", "2"),
-                                   {"camera-position", "1,1,1"},
-                                   {"tolerance", "1e-3"},
-                                   {"clip", "0,0,0,1,1,1"},
-                                   {"range", "10%,90%"},
-                                   {"opacity", "0:0,1:1"},
-                                   {"isovalue", "0.5"},
-                                   {"light", "0,-1,0"},
-                                   {"sky", "1,1,1"},
-                                   {"colormap", "viridis"},
-                                   {"mode", "isosurface"},
-                                   {"mode", "back-to-front"},
-                                   {"background", "0,0,0"},
-                                   {"emission-grid", "e"}}) {
+  const auto leaves_open = [](const std::string& setting) {
+    const std::size_t equals = setting.find('=');
     Scene given;
-    set_parameter(given, name, text);
-    EXPECT_TRUE(leaves_look_open(given)) << name << " " << text;
-  }
-  for (const auto& [name, text] : {std::pair("luminance", "1,1,1"),
-                                   {"luminance-grid", "l"},
-                                   {"temperature-grid", "t"},
-                                   {"transfer-function", "f.json"},
-                                   {"mode", "mip"},
-                                   {"mode", "slice"},
-                                   {"look", "plain"}}) {
-    Scene given;
-    set_parameter(given, name, text);
-    EXPECT_FALSE(leaves_look_open(given)) << name << " " << text;
-  }
+    set_parameter(given, setting.substr(0, equals), setting.substr(equals + 1));
+    return leaves_look_open(given);
+  };
+  for (const char* open : {"extinction=2", "camera-position=1,1,1", "tolerance=1e-3",
+                           "clip=0,0,0,1,1,1", "range=10%,90%", "opacity=0:0,1:1", "isovalue=0.5",
+                           "light=0,-1,0", "sky=1,1,1", "colormap=viridis", "mode=isosurface",
+                           "mode=back-to-front", "background=0,0,0", "emission-grid=e"})
+    EXPECT_TRUE(leaves_open(open)) << open;
+  for (const char* shines : {"luminance=1,1,1", "luminance-grid=l", "temperature-grid=t",
+                             "transfer-function=f.json", "mode=mip", "mode=slice", "look=plain"})
+    EXPECT_FALSE(leaves_open(shines)) << shines;
 }
 
 /// The look of a file beside these options, and what it leaves of the scene.
@@ -243,45 +227,15 @@ TEST(Look, SetsNothingUnlessAskedTo) {
   EXPECT_TRUE(plain.settings.empty());
 }
 
-/// A scalar field whose voxels are value(voxel) in a cube from `from` to `to`, in leaves that begin
-/// at `origin` of its own index space, which `origin` moves back; `tiles`: blocks of one value are
-/// tiles.
+/// 1 within 16 voxels of `origin` of its own index space, which `origin` moves back, and 0 beyond
+/// 24; `tiles`: blocks of one value are tiles.
 std::shared_ptr<const Field> ball(const glm::ivec3& origin, bool tiles) {
-  Field field;
-  field.name = "density";
-  field.value_type = "float";
-  field.channels = 1;
   const auto value = [&](const glm::ivec3& voxel) {
-    const double r = glm::length(glm::dvec3(voxel - origin));
-    return float(std::clamp(3 - r / 8, 0.0, 1.0));  // 1 within 16 voxels, 0 beyond 24
+    return float(std::clamp(3 - glm::length(glm::dvec3(voxel - origin)) / 8, 0.0, 1.0));
   };
-  auto storage = std::make_shared<std::vector<std::array<float, 512>>>();
-  std::vector<glm::ivec3> origins;
-  const auto block = [](int x) { return (x >> 3) * 8; };
-  for (int x = block(origin.x - 24); x <= origin.x + 24; x += 8)
-    for (int y = block(origin.y - 24); y <= origin.y + 24; y += 8)
-      for (int z = block(origin.z - 24); z <= origin.z + 24; z += 8) {
-        std::array<float, 512> values;
-        for (int i = 0; i < 512; ++i)
-          values[std::size_t(i)] = value(glm::ivec3(x + (i >> 6), y + ((i >> 3) & 7), z + (i & 7)));
-        if (tiles && std::ranges::all_of(values, [](float v) { return v == 1; })) {
-          field.tiles.push_back({{x, y, z}, 8, glm::vec3(1)});
-        } else if (std::ranges::any_of(values, [](float v) { return v != 0; })) {
-          storage->push_back(values);
-          origins.emplace_back(x, y, z);
-        }
-      }
-  for (std::size_t n = 0; n < origins.size(); ++n)
-    field.leaves.push_back({origins[n], (*storage)[n].data()});
-  field.storage = storage;
-  field.active_box = {origin - 23, origin + 23};
-  for (int x = -23; x <= 23; ++x)
-    for (int y = -23; y <= 23; ++y)
-      for (int z = -23; z <= 23; ++z)
-        field.active_voxels += value(origin + glm::ivec3(x, y, z)) > 0;
-  field.active_range = glm::vec2(0.01f, 1);
-  field.world_from_index = glm::translate(glm::dmat4(1), -glm::dvec3(origin));
-  return std::make_shared<const Field>(std::move(field));
+  Field field = make_field({origin - 23, origin + 23}, value,
+                           glm::translate(glm::dmat4(1), -glm::dvec3(origin)));
+  return share(tiles ? with_tiles(std::move(field)) : std::move(field));
 }
 
 /// The scene of a field alone, in its look.
@@ -325,9 +279,9 @@ TEST(Look, StudiosHaveTheirOwn) {
     scene.look = look;
     return usage_error([&] { with_look(scene, VdbFile(scene.input)); });
   };
-  EXPECT_NE(refusal("bad").find("luminence"), std::string::npos);
-  EXPECT_NE(refusal("worse").find("everything"), std::string::npos);
-  EXPECT_NE(refusal("smok").find("smoke"), std::string::npos);
+  EXPECT_TRUE(has(refusal("bad"), "luminence"));
+  EXPECT_TRUE(has(refusal("worse"), "everything"));
+  EXPECT_TRUE(has(refusal("smok"), "smoke"));
   ::unsetenv("PSIVOX_LOOKS");
 }
 

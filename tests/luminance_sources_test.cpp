@@ -37,9 +37,12 @@ Field ramp() {
                     [](glm::ivec3 v) { return -1 + 4 * static_cast<float>(v.x) / 7; });
 }
 
-/// A transfer function's file.
-std::string luminance_function(const std::string& text) {
-  return test::write_bytes("function.json", text).string();
+/// A scene with a transfer function, in a file.
+Scene scene_by(const std::string& function, Classification when = Classification::post) {
+  Scene scene;
+  scene.transfer_function = test::write_bytes("function.json", function).string();
+  scene.classification = when;
+  return scene;
 }
 
 const char* const coloured = R"({"points": [
@@ -53,9 +56,7 @@ const char* const foggy = R"({"points": [
   {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})";
 
 TEST(TransferSource, ColoursAreTheLuminance) {
-  const std::string file = luminance_function(coloured);
-  Scene scene;
-  scene.transfer_function = file;
+  Scene scene = scene_by(coloured);
   scene.luminance = glm::dvec3(1, 2, 3);
   const View view = make_view(scene, share(ramp()), nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::transfer);
@@ -66,9 +67,7 @@ TEST(TransferSource, ColoursAreTheLuminance) {
 }
 
 TEST(TransferSource, WithoutColoursLuminanceComesFromElsewhere) {
-  const std::string file = luminance_function(plain);
-  Scene scene;
-  scene.transfer_function = file;
+  Scene scene = scene_by(plain);
   const auto density = share(ramp());
   EXPECT_EQ(make_view(scene, density, nullptr).medium.source, LuminanceSource::constant);
   const View other = make_view(scene, density, share(ramp(), "heat"));
@@ -82,13 +81,11 @@ TEST(TransferSource, WithoutColoursLuminanceComesFromElsewhere) {
 }
 
 TEST(TransferSource, ColoursAndAGridAreTooMuch) {
-  const std::string file = luminance_function(coloured);
-  Scene scene;
-  scene.transfer_function = file;
+  Scene scene = scene_by(coloured);
   scene.luminance_grid = "density";
   const std::string text =
       error_of(ExitCode::usage, [&] { make_view(scene, share(ramp()), nullptr); });
-  EXPECT_NE(text.find("--luminance-grid"), std::string::npos) << text;
+  EXPECT_TRUE(has(text, "--luminance-grid"));
 }
 
 TEST(Colormap, TakesTheActiveRange) {
@@ -113,28 +110,23 @@ TEST(Colormap, TakesTheActiveRange) {
 }
 
 TEST(AutoExtinction, MeasuresWhatTheFunctionMakesOfValues) {
-  const std::string file = luminance_function(plain);
-  Scene scene;
-  scene.transfer_function = file;
+  Scene scene = scene_by(plain);
   const auto slab = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3) { return 0.5f; }));
   // attenuation 1: every line has 16; the sums run over voxels, so they are exact within rounding
   EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / 16.0, 1e-12);
   // attenuation of 0 is 0.5: 17 voxels across the domain, plus 0.5 + 0.5 * 0.5 / 3 in the slab's 16
-  const std::string fog = luminance_function(foggy);
+  scene = scene_by(foggy);
   const double mean = 17 * 0.5 + 16 * 0.5 * 0.5 / 3;
   EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / mean, 1e-12);
 }
 
 TEST(PreClassification, MapsVoxels) {
-  const std::string file = luminance_function(coloured);
-  Scene scene;
-  scene.transfer_function = file;
-  scene.classification = Classification::pre;
+  const Scene scene = scene_by(coloured, Classification::pre);
   const Field field = ramp();
   const View view = make_view(scene, share(field), nullptr);
   EXPECT_EQ(view.medium.transfer, nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::vector);
-  const TransferFunction function = read_transfer_function(file);
+  const TransferFunction function = read_transfer_function(scene.transfer_function);
   for (int x = 0; x < 8; ++x) {
     const double value = static_cast<double>(voxel(field, {x, 1, 2}));
     EXPECT_EQ(voxel(*view.medium.density, {x, 1, 2}),
@@ -148,10 +140,7 @@ TEST(PreClassification, MapsVoxels) {
 }
 
 TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
-  const std::string file = luminance_function(foggy);
-  Scene scene;
-  scene.transfer_function = file;
-  scene.classification = Classification::pre;
+  const Scene scene = scene_by(foggy, Classification::pre);
   // Two leaves far apart; the space between has blocks of three widths.
   Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 3.f; });
   const Field other = make_field({{8800, 0, 0}, {8807, 7, 7}}, [](glm::ivec3) { return 3.f; });
@@ -179,12 +168,10 @@ TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
 
 TEST(PreClassification, ColoursReachTheCornersOfCells) {
   // 0 is white and has no attenuation. The voxels around the leaf are white too, but no others.
-  const std::string file = luminance_function(R"({"points": [
+  const Scene scene = scene_by(R"({"points": [
     {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
-    {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})");
-  Scene scene;
-  scene.transfer_function = file;
-  scene.classification = Classification::pre;
+    {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})",
+                               Classification::pre);
   const View view = make_view(scene, share(ramp()), nullptr);
   EXPECT_TRUE(view.medium.density->tiles.empty());
   EXPECT_EQ(view.medium.luminance->tiles.size(), 26u);
@@ -272,9 +259,8 @@ TEST(Modes, IsovalueIsTheMiddleOrADistance) {
   EXPECT_NE(usage_error([&] { make_view(scene, share(level_set), nullptr); }), "no error");
 
   // The function's colour at the surface, where the value is constant.
-  const std::string file = luminance_function(coloured);
   scene.isovalue = 1;
-  scene.transfer_function = file;
+  scene.transfer_function = scene_by(coloured).transfer_function;
   view = make_view(scene, share(ramp()), nullptr);
   EXPECT_EQ(view.medium.transfer, nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::constant);

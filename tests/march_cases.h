@@ -127,10 +127,39 @@ inline void expect_content(const Image& image, double least = 0.02, double most 
   EXPECT_LE(mean_alpha(image), most);
 }
 
+/// Radiance is that of two pictures together.
+inline void expect_sum(const Image& both, const Image& a, const Image& b, double tolerance) {
+  for (std::size_t i = 0; i < both.rgba().size(); ++i)
+    if (i % 4 != 3) {
+      ASSERT_NEAR(both.rgba()[i], a.rgba()[i] + b.rgba()[i], tolerance) << i;
+    }
+}
+
+/// The bounds of float32's arithmetic: RMS 1e-6, and max 2e-5 where a ray along a face enters the
+/// other cell.
+inline void expect_arithmetic(const std::string& what, const Image& gpu, const Image& wide) {
+  const Comparison c = difference(what, gpu, wide);
+  EXPECT_LE(c.rms, 1e-6) << what;
+  EXPECT_LE(c.max, 2e-5) << what;
+}
+
+/// The GPU draws a view as the march in double does, and something.
+inline void expect_arithmetic(const std::string& what, const View& view, const MediumAtlas& atlas,
+                              double least_content = 0.02) {
+  const Image gpu = render_gl(view, atlas).image;
+  expect_content(gpu, least_content);
+  expect_arithmetic(what, gpu, render_double(view, atlas).image);
+}
+
 inline const Layer& layer(const Image& image, const std::string& name) {
   for (const Layer& l : image.layers)
     if (l.name == name) return l;
   throw std::runtime_error("no layer " + name);
+}
+
+/// A square picture of `mixed` from outside.
+inline Scene oblique(int side, double extinction) {
+  return looking(small_scene(side, extinction), {95, 60, 70}, {11, 12, 11});
 }
 
 // --- files ---------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "march_cases.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -53,8 +52,8 @@ View emitting(const Field& emission, LuminanceSource source, double extinction =
   view.medium.extinction = extinction;
   view.medium.emission = {{share(emission), 1.5}};
   if (source == LuminanceSource::transfer)
-    view.medium.transfer = std::make_shared<const TransferFunction>(std::vector<TransferPoint>{
-        {0.1, 0, {1, 0, 0}}, {0.4, 0.7, {0.2, 1, 0}}, {0.8, 0.1, {0, 0.5, 1}}, {2, 1, {1, 1, 1}}});
+    view.medium.transfer = function(
+        {{0.1, 0, {1, 0, 0}}, {0.4, 0.7, {0.2, 1, 0}}, {0.8, 0.1, {0, 0.5, 1}}, {2, 1, {1, 1, 1}}});
   return view;
 }
 
@@ -138,8 +137,7 @@ TEST(MarchEmissionDouble, SegmentsAndStepsConverge) {
 TEST(MarchEmissionDouble, WhatAttenuatesAtZeroEndsWithItsDomain) {
   for (const Place& place : places()) {
     View view = emitting(place.emission, LuminanceSource::transfer);
-    view.medium.transfer = std::make_shared<const TransferFunction>(
-        std::vector<TransferPoint>{{0, 0.1, {1, 0, 0}}, {1, 1, {0, 1, 0}}});
+    view.medium.transfer = function({{0, 0.1, {1, 0, 0}}, {1, 1, {0, 1, 0}}});
     view.medium.extinction = 0.1;
     const Image reference = render_reference(view).image;
     expect_content(reference);

@@ -59,31 +59,10 @@ TEST_P(AgainstReference, DefaultAndQuarterSteps) {
     expect_content(gpu);
     EXPECT_LE(difference(GetParam() + L + ", default", gpu, reference).rms,
               glow == Glow::constant ? 1e-5 : 1e-3);
-    const Comparison arithmetic =
-        difference(GetParam() + L + ", GPU and double", gpu, render_double(view, atlases).image);
-    EXPECT_LE(arithmetic.rms, 1e-6);
-    EXPECT_LE(arithmetic.max, 2e-5);
+    expect_arithmetic(GetParam() + L + ", GPU and double", gpu, render_double(view, atlases).image);
     scene.step = 0.25;
     const Image quarter = gl_picture(view_of(scene, field(GetParam()), glow));
     EXPECT_LE(difference(GetParam() + L + ", step 0.25", quarter, reference).rms, 5e-4);
-  }
-}
-
-TEST_F(MarchFiles, GpuIsTheMarchInDouble) {
-  for (const char* name : every_file) {
-    PSIVOX_NEED(name);
-    for (const std::optional<double> step : {std::optional<double>{}, std::optional<double>(1.0)}) {
-      Scene scene = framed(64);
-      scene.step = step;
-      const View view = view_of(scene, field(name), Glow::density);
-      const MediumAtlas atlases = build_medium_atlas(view);
-      const Image gpu = render_gl(view, atlases).image;
-      expect_content(gpu, 0.005);
-      const Comparison c = difference(std::string(name) + (step ? " uniform" : " cells"), gpu,
-                                      render_double(view, atlases).image);
-      EXPECT_LE(c.rms, 1e-6) << name;
-      EXPECT_LE(c.max, 2e-5) << name;
-    }
   }
 }
 
@@ -117,34 +96,6 @@ TEST_F(MarchFiles, CellExactIsTheReferenceWithoutEarlyTermination) {
     const std::string what = std::string(c.name) + ", extinction x" + std::to_string(c.denser);
     EXPECT_LE(difference(what + ", double", render_double(view, atlas).image, reference).rms, 2e-6);
     EXPECT_LE(difference(what + ", GPU", gpu, reference).rms, 2e-6);
-  }
-}
-
-TEST_F(MarchFiles, Furnace) {
-  for (const char* name : every_file) {
-    PSIVOX_NEED(name);
-    const auto density = field(name);
-    const Box box = density->domain();
-    const auto world = [&](const glm::dvec3& p) {
-      return glm::dvec3(density->world_from_index * glm::dvec4(p, 1));
-    };
-    // Camera outside the box, and in its middle.
-    const glm::dvec3 middle = 0.5 * (glm::dvec3(box.min) + glm::dvec3(box.max));
-    for (const bool inside : {false, true})
-      for (const double step : {0.0, 0.1, 1.0, 16.0}) {
-        Scene scene = framed(24);
-        if (step > 0) scene.step = step;
-        if (inside) {
-          scene.camera_position = world(middle);
-          scene.camera_target = world(glm::dvec3(box.max) - 0.123);
-          scene.fov = 100;
-        }
-        const Image image = gl_picture(view_of(scene, density));
-        for (int i = 0; i < 24 * 24; ++i)
-          for (int c = 0; c < 3; ++c)
-            ASSERT_NEAR(pixel(image, i % 24, i / 24, c), pixel(image, i % 24, i / 24, 3), 1e-6)
-                << name << " step " << step << (inside ? " inside" : " outside");
-      }
   }
 }
 

@@ -1,69 +1,21 @@
-// One medium, given in different ways, gives one picture: shifted against the bricks, rotated,
-// tiled or voxelised, far away, tiny, sheared.
+// One medium, given in different ways, gives one picture; and rays along faces, edges and corners.
+// `psivox verify`, which verify_test runs, has shifts, turns, tiles, far origins and scales.
 
 #include <gtest/gtest.h>
 
-#include <glm/gtc/matrix_transform.hpp>
-#include <glm/matrix.hpp>
 #include <string>
 
 #include "march_cases.h"
-#include "psivox/vdb.h"
 
 namespace psivox {
 namespace {
 
 class MarchInvariance : public GpuTest {};
 
-Scene slanted(std::optional<double> step = {}) {
-  Scene scene = looking(small_scene(), {95, 60, 70}, {20, 18, 16});
-  scene.extinction = 0.15;
-  scene.step = step;
-  return scene;
-}
-
 /// The bound for both samplings, with L from the grid.
 void expect_same(const std::string& what, const Image& a, const Image& b, double tolerance = 1e-5) {
   expect_content(a);
   EXPECT_LE(difference(what, a, b).max, tolerance) << what;
-}
-
-const std::optional<double> both_samplings[] = {{}, 0.9};
-std::string name_of(const std::optional<double>& step) { return step ? "uniform" : "cells"; }
-
-TEST_F(MarchInvariance, ShiftedAgainstTheBricks) {
-  for (const auto& step : both_samplings) {
-    const Image expected = gl_picture(view_of(slanted(step), blobs(), Glow::density));
-    for (int i = 1; i <= 7; ++i) {
-      const glm::ivec3 shift(i, -i, 2 * i + 1);
-      const Field moved = blobs(shift, glm::translate(glm::dmat4(1), -glm::dvec3(shift)));
-      // The lattice is anchored in the middle of the domain, which moves with the voxels.
-      expect_same(name_of(step) + " shifted by " + std::to_string(i), expected,
-                  gl_picture(view_of(slanted(step), moved, Glow::density)));
-    }
-  }
-}
-
-TEST_F(MarchInvariance, QuarterTurns) {
-  // The field's data is turned about z (x' = -y, y' = x). Either the transform turns it back, or
-  // the camera turns along.
-  const Box box{{-35, 0, 0}, {0, 39, 31}};
-  const auto turned = [](glm::ivec3 v) { return blobs_at(glm::dvec3(v.y, -v.x, v.z)); };
-  const glm::dmat4 turn = glm::rotate(glm::dmat4(1), glm::radians(90.0), glm::dvec3(0, 0, 1));
-  const auto along = [&](const glm::dvec3& p) { return glm::dvec3(turn * glm::dvec4(p, 1)); };
-  for (const auto& step : both_samplings) {
-    const Scene scene = slanted(step);
-    const Image expected = gl_picture(view_of(scene, blobs(), Glow::density));
-    expect_same(
-        name_of(step) + ", turned back by the transform", expected,
-        gl_picture(view_of(scene, make_field(box, turned, glm::inverse(turn)), Glow::density)));
-    Scene moved = scene;
-    moved.camera_position = along(*scene.camera_position);
-    moved.camera_target = along(*scene.camera_target);
-    moved.camera_up = along(scene.camera_up.value_or(glm::dvec3(0, 1, 0)));
-    expect_same(name_of(step) + ", camera turned along", expected,
-                gl_picture(view_of(moved, make_field(box, turned), Glow::density)));
-  }
 }
 
 TEST_F(MarchInvariance, EmptyBricksAreNextToNothing) {
@@ -81,68 +33,14 @@ TEST_F(MarchInvariance, EmptyBricksAreNextToNothing) {
   for (const Integrator rule :
        {Integrator::midpoint, Integrator::porter_duff, Integrator::psi_balanced})
     for (const double step : {0.9, 5.0}) {
-      Scene scene = looking(slanted(step), {-60, -40, -50}, {16, 16, 16});
-      scene.integrator = rule;
+      const Scene scene =
+          looking(with(small_scene(48, 0.15), rule, step), {-60, -40, -50}, {16, 16, 16});
       const View empty = view_of(scene, block(0), Glow::density);
       const View filled = view_of(scene, block(1e-9f), Glow::density);
       const std::string what = std::string(info(rule).name) + ", step " + std::to_string(step);
       expect_same(what, gl_picture(filled), gl_picture(empty));
       expect_same(what + ", in double", double_picture(filled), double_picture(empty));
     }
-}
-
-TEST_F(MarchInvariance, TilesAreTheirVoxels) {
-  const Field voxels = noise_beside_constant(), tiles = with_tiles(voxels);
-  ASSERT_FALSE(tiles.tiles.empty());
-  for (const auto& step : both_samplings)
-    expect_same(name_of(step), gl_picture(view_of(slanted(step), voxels, Glow::density)),
-                gl_picture(view_of(slanted(step), tiles, Glow::density)), 0);
-}
-
-TEST_F(MarchInvariance, CloudOfTilesIsItsVoxels) {
-  const auto tiles = shared_data() / "cloud_tiles.vdb";
-  const auto voxels = shared_data() / "edge" / "cloud_voxelised.vdb";
-  for (const auto& path : {tiles, voxels})
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no file " << path << " (PSIVOX_DATA)";
-  for (const char* luminance : {"", "density"})
-    for (const auto& step : both_samplings) {
-      Scene scene;
-      scene.resolution = {128, 128};
-      scene.extinction = 0.03;
-      scene.luminance_grid = luminance;
-      scene.step = step;
-      expect_same(std::string("cloud ") + name_of(step) + " L " + luminance,
-                  gl_picture(make_view(scene, VdbFile(tiles))),
-                  gl_picture(make_view(scene, VdbFile(voxels))));
-    }
-}
-
-TEST_F(MarchInvariance, FarOriginsAndScales) {
-  for (const auto& step : both_samplings) {
-    const Image expected = gl_picture(view_of(slanted(step), blobs(), Glow::density));
-    struct Case {
-      glm::dvec3 origin;
-      double scale;
-    };
-    for (const Case& c : {Case{{0, 0, 0}, 1e-4}, Case{{0, 0, 0}, 1e4}, Case{{1e6, -1e6, 1e6}, 1},
-                          Case{{1e6, 1e6, 0}, 1e4}, Case{{-1e6, 3, 0}, 0.1}}) {
-      const glm::dmat4 m = glm::scale(glm::translate(glm::dmat4(1), c.origin), glm::dvec3(c.scale));
-      Scene scene = slanted(step);
-      const auto moved = [&](const glm::dvec3& p) { return glm::dvec3(m * glm::dvec4(p, 1)); };
-      scene.camera_position = moved(*scene.camera_position);
-      scene.camera_target = moved(*scene.camera_target);
-      *scene.extinction /= c.scale;
-      expect_same(
-          name_of(step) + " scale " + std::to_string(c.scale) + " at " + std::to_string(c.origin.x),
-          expected, gl_picture(view_of(scene, blobs({0, 0, 0}, m), Glow::density)));
-    }
-    // Voxels a million from index 0; the transform brings them back.
-    const glm::ivec3 far(1'000'000, -1'000'003, 999'998);
-    expect_same(name_of(step) + " far voxels", expected,
-                gl_picture(view_of(slanted(step),
-                                   blobs(far, glm::translate(glm::dmat4(1), -glm::dvec3(far))),
-                                   Glow::density)));
-  }
 }
 
 TEST_F(MarchInvariance, AnyAffineTransformIsTheReference) {

@@ -12,7 +12,6 @@
 #include "field_voxels.h"
 #include "march_cases.h"
 #include "plan/plan.h"
-#include "psivox/vdb.h"
 #include "reference/ray_radiance.h"
 
 namespace psivox {
@@ -20,11 +19,7 @@ namespace {
 
 class MarchLayers : public GpuTest {};
 
-Scene across_plate(int side = 40) {
-  Scene scene = looking(small_scene(side), {95, 60, 70}, {11, 12, 11});
-  scene.extinction = 0.3;
-  return scene;
-}
+Scene across_plate(int side = 40) { return oblique(side, 0.3); }
 
 TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
   // A plate of 0.25 from x = 0 on: optical depth 0.125 in the ramp, then 0.25 per unit, divided by
@@ -158,11 +153,10 @@ TEST_F(MarchLayers, PixelSamplesAreTheMeanOfTheirRays) {
 
 /// Whether one of the values of 4^3 cells is not 0.
 bool holds_any(const FieldVoxels& voxels, const glm::ivec3& octant) {
-  for (int x = 0; x <= 4; ++x)
-    for (int y = 0; y <= 4; ++y)
-      for (int z = 0; z <= 4; ++z)
-        if (voxels(4 * octant + glm::ivec3(x, y, z)) != glm::vec3(0)) return true;
-  return false;
+  bool any = false;
+  for_points({4 * octant, 4 * octant + 4},
+             [&](const glm::ivec3& v) { any |= voxels(v) != glm::vec3(0); });
+  return any;
 }
 
 /// Counts the cells that the picture's rays cross in bricks whose values differ, but for octants of
@@ -230,17 +224,6 @@ TEST_F(MarchLayers, LookUpsAreTheCellsCrossed) {
   expect_look_ups("inside", view_of(inside, field), 576);
   expect_look_ups("orthographic",
                   view_of(looking(small_scene(32), {95, 60, 70}, {11, 12, 11}, 60.0), field), 1024);
-}
-
-TEST_F(MarchLayers, LookUpsAreTheCellsCrossedOnRealFiles) {
-  for (const char* name : {"smoke", "cloud_tiles", "mri_t1"}) {
-    const auto path = shared_data() / (std::string(name) + ".vdb");
-    if (!std::filesystem::exists(path)) GTEST_SKIP() << "no file " << path << " (PSIVOX_DATA)";
-    Scene scene;
-    scene.resolution = {24, 24};
-    scene.early_termination = 0;
-    expect_look_ups(name, make_view(scene, VdbFile(path)), 0);
-  }
 }
 
 TEST_F(MarchLayers, StepsAreSegments) {

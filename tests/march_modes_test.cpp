@@ -17,8 +17,8 @@ Scene parallel() { return looking(small_scene(40), modes_eye, modes_middle, 60);
 
 /// Vacuum below 1/2, then a ramp.
 std::shared_ptr<const TransferFunction> ramp() {
-  return std::make_shared<const TransferFunction>(std::vector<TransferPoint>{
-      {0, 0, {1, 0, 0}}, {0.5, 0, {1, 0.4, 0}}, {0.75, 1, {0, 0.3, 1}}, {2, 1, {0, 1, 0}}});
+  return function(
+      {{0, 0, {1, 0, 0}}, {0.5, 0, {1, 0.4, 0}}, {0.75, 1, {0, 0.3, 1}}, {2, 1, {0, 1, 0}}});
 }
 
 View mode_view(const Scene& scene, Field field, Mode mode) {

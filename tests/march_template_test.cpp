@@ -116,14 +116,6 @@ TEST_F(MarchTemplate, RaysEnterThroughEveryFace) {
   }
 }
 
-TEST_F(MarchTemplate, ConstantLuminanceGivesTheOpacity) {
-  const View view = view_along(glm::normalize(glm::dvec3(0.3, -0.2, -1)), 26, Glow::constant);
-  const Image image = gl_picture(view);
-  expect_content(image);
-  for (int y = 0; y < image.height; ++y)
-    for (int x = 0; x < image.width; ++x) EXPECT_EQ(pixel(image, x, y, 0), pixel(image, x, y, 3));
-}
-
 TEST_F(MarchTemplate, OneVoxelASampleIsOneFetch) {
   const View view = view_along(glm::normalize(glm::dvec3(0.3, -0.2, -1)), 26);
   const RenderResult gpu = render_gl(view, build_medium_atlas(view), {.render = {.count = true}});

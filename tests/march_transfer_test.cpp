@@ -2,7 +2,6 @@
 // double.
 
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "march_cases.h"
@@ -10,10 +9,6 @@
 
 namespace psivox {
 namespace {
-
-std::shared_ptr<const TransferFunction> function(std::vector<TransferPoint> points) {
-  return std::make_shared<const TransferFunction>(std::move(points));
-}
 
 /// Broad ramps over the values of `mixed`.
 const auto smooth = [] {
@@ -145,6 +140,7 @@ TEST_F(MarchTransfer, GpuIsTheMarchInDouble) {
                       {Integrator::cell_exact, false, false, LuminanceSource::transfer},
                       {Integrator::preintegrated_fast, false, false, LuminanceSource::constant},
                       {Integrator::midpoint, true, false, LuminanceSource::transfer},
+                      {Integrator::preintegrated, false, false, LuminanceSource::transfer},
                       {Integrator::preintegrated, true, false, LuminanceSource::transfer}};
   for (const Way& way : ways)
     for (const Case& c : cases()) {

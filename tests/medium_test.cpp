@@ -7,7 +7,6 @@
 #include <memory>
 #include <vector>
 
-#include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "thrown.h"

@@ -15,6 +15,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "scratch.h"
+#include "thrown.h"
 #include "view/viewer.h"
 
 namespace psivox::view {
@@ -270,7 +271,7 @@ TEST(RecentFiles, AreTheLastTenOnceEach) {
 TEST(Keys, AreAllInTheGuide) {
   const std::string guide = read_text(PSIVOX_ASSETS "/../docs/preview.md", "guide");
   for (const Command& row : commands())
-    EXPECT_NE(guide.find(std::string("\n| ") + row.keys + " |"), std::string::npos) << row.keys;
+    EXPECT_TRUE(has(guide, std::string("\n| ") + row.keys + " |")) << row.keys;
 }
 
 TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {

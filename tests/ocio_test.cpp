@@ -161,28 +161,25 @@ TEST_F(OcioTest, RefusesInOneLine) {
   const auto message = [&](Scene scene, ExitCode code) {
     return error_of(code, [&] { resolve_ocio(scene); });
   };
-  const auto contains = [](const std::string& text, const std::string& part) {
-    return text.find(part) != std::string::npos;
-  };
   Scene none;
   none.ocio_view = "Warm";
-  EXPECT_TRUE(contains(message(none, ExitCode::usage), "--ocio FILE"));
-  EXPECT_TRUE(contains(message(scene("Cold"), ExitCode::input), "it has Plain, Warm"));
+  EXPECT_TRUE(has(message(none, ExitCode::usage), "--ocio FILE"));
+  EXPECT_TRUE(has(message(scene("Cold"), ExitCode::input), "it has Plain, Warm"));
   Scene other = scene("Warm");
   other.ocio_display = "Wall";
-  EXPECT_TRUE(contains(message(other, ExitCode::input), "it has Screen"));
+  EXPECT_TRUE(has(message(other, ExitCode::input), "it has Screen"));
   other = scene("Warm");
   other.ocio_space = "moon";
-  EXPECT_TRUE(contains(message(other, ExitCode::input), "'moon'"));
+  EXPECT_TRUE(has(message(other, ExitCode::input), "'moon'"));
   other.ocio = path("missing.ocio");
-  EXPECT_TRUE(contains(message(other, ExitCode::input), "missing.ocio"));
+  EXPECT_TRUE(has(message(other, ExitCode::input), "missing.ocio"));
   other = scene("Warm");
   write_text(path("broken.ocio"), "displays: {");
   other.ocio = path("broken.ocio");
-  EXPECT_TRUE(contains(message(other, ExitCode::input), "broken.ocio"));
+  EXPECT_TRUE(has(message(other, ExitCode::input), "broken.ocio"));
   Scene both = scene("Warm");
   both.tone_map = ToneMap::filmic;
-  EXPECT_TRUE(contains(usage_error([&] { validate(both); }), "--tone-map"));
+  EXPECT_TRUE(has(usage_error([&] { validate(both); }), "--tone-map"));
 }
 
 TEST_F(OcioTest, TheLaterOfViewAndToneMapCounts) {

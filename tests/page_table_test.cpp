@@ -7,7 +7,6 @@
 
 #include "field_voxels.h"
 #include "march/atlas_march.h"
-#include "psivox/error.h"
 #include "reference_cases.h"
 #include "thrown.h"
 #include "verify/made_fields.h"
@@ -55,28 +54,25 @@ TEST_P(PageTableLevels, EveryCellFindsItsNode) {
   glsl::AtlasMarch march = march_over(atlas);
   const Box domain = field.domain();
   const glm::ivec3 first = domain.min >> 3, last = (domain.max - 1) >> 3;
-  for (int x = first.x; x <= last.x; ++x)
-    for (int y = first.y; y <= last.y; ++y)
-      for (int z = first.z; z <= last.z; ++z) {
-        const glm::ivec3 brick(x, y, z);
-        const EntryKind expected = voxels.kind(brick);
-        // Its first and last cells in the domain, and one between: a node does not end inside a
-        // brick.
-        for (const glm::ivec3 in : {glm::ivec3(0), glm::ivec3(7), glm::ivec3(1, 5, 2)}) {
-          const glm::ivec3 cell = glm::clamp(8 * brick + in, domain.min, domain.max - 1);
-          const auto node = march.find_node(0, cell);
-          ASSERT_EQ(node.kind, int(expected)) << x << ' ' << y << ' ' << z;
-          ASSERT_TRUE(march.inside(node, cell));
-          ASSERT_EQ(node.payload, int(page_entry(atlas.pages, cell).payload));
-          if (expected == EntryKind::brick) {
-            ASSERT_EQ(node.lo, 8 * brick);
-            ASSERT_EQ(node.side, 8);
-          }
-          if (expected == EntryKind::constant) {
-            ASSERT_EQ(march.fetch_constant(0, node.payload), voxels(cell).x);
-          }
-        }
+  for_points({first, last}, [&](const glm::ivec3& brick) {
+    const EntryKind expected = voxels.kind(brick);
+    // Its first and last cells in the domain, and one between: a node does not end inside a
+    // brick.
+    for (const glm::ivec3 in : {glm::ivec3(0), glm::ivec3(7), glm::ivec3(1, 5, 2)}) {
+      const glm::ivec3 cell = glm::clamp(8 * brick + in, domain.min, domain.max - 1);
+      const auto node = march.find_node(0, cell);
+      ASSERT_EQ(node.kind, int(expected)) << brick.x << ' ' << brick.y << ' ' << brick.z;
+      ASSERT_TRUE(march.inside(node, cell));
+      ASSERT_EQ(node.payload, int(page_entry(atlas.pages, cell).payload));
+      if (expected == EntryKind::brick) {
+        ASSERT_EQ(node.lo, 8 * brick);
+        ASSERT_EQ(node.side, 8);
       }
+      if (expected == EntryKind::constant) {
+        ASSERT_EQ(march.fetch_constant(0, node.payload), voxels(cell).x);
+      }
+    }
+  });
 }
 
 TEST_P(PageTableLevels, SkipsNeverPassAFullBrick) {
@@ -87,36 +83,30 @@ TEST_P(PageTableLevels, SkipsNeverPassAFullBrick) {
   const Box domain = field.domain();
   const glm::ivec3 first = domain.min >> 3, last = (domain.max - 1) >> 3;
   std::vector<glm::ivec3> full;
-  for (int x = first.x; x <= last.x; ++x)
-    for (int y = first.y; y <= last.y; ++y)
-      for (int z = first.z; z <= last.z; ++z)
-        if (voxels.kind({x, y, z}) != EntryKind::empty) full.push_back(8 * glm::ivec3(x, y, z));
+  for_points({first, last}, [&](const glm::ivec3& brick) {
+    if (voxels.kind(brick) != EntryKind::empty) full.push_back(8 * brick);
+  });
   std::size_t empty = 0;
-  for (int x = first.x; x <= last.x; ++x)
-    for (int y = first.y; y <= last.y; ++y)
-      for (int z = first.z; z <= last.z; ++z) {
-        const auto node = march.find_node(0, 8 * glm::ivec3(x, y, z));
-        if (node.kind != int(EntryKind::empty)) continue;
-        ++empty;
-        ASSERT_GE(node.payload, 1);
-        for (const glm::ivec3& b : full)
-          ASSERT_TRUE(b.x >= node.lo.x + node.side || b.y >= node.lo.y + node.side ||
-                      b.z >= node.lo.z + node.side || b.x + 8 <= node.lo.x ||
-                      b.y + 8 <= node.lo.y || b.z + 8 <= node.lo.z)
-              << x << ' ' << y << ' ' << z;
-      }
+  for_points({first, last}, [&](const glm::ivec3& brick) {
+    const auto node = march.find_node(0, 8 * brick);
+    if (node.kind != int(EntryKind::empty)) return;
+    ++empty;
+    ASSERT_GE(node.payload, 1);
+    for (const glm::ivec3& b : full)
+      ASSERT_TRUE(b.x >= node.lo.x + node.side || b.y >= node.lo.y + node.side ||
+                  b.z >= node.lo.z + node.side || b.x + 8 <= node.lo.x || b.y + 8 <= node.lo.y ||
+                  b.z + 8 <= node.lo.z)
+          << brick.x << ' ' << brick.y << ' ' << brick.z;
+  });
   EXPECT_GT(empty, 1000u);
 }
 
 /// Least and greatest corner of the 4^3 cells from `first` on.
 ValueRange range_of_octant(const FieldVoxels& voxels, const glm::ivec3& first) {
   ValueRange range{voxels(first).x, voxels(first).x};
-  for (int x = 0; x <= 4; ++x)
-    for (int y = 0; y <= 4; ++y)
-      for (int z = 0; z <= 4; ++z) {
-        const float value = voxels(first + glm::ivec3(x, y, z)).x;
-        range = {std::min(range.min, value), std::max(range.max, value)};
-      }
+  for_points({first, first + 4}, [&](const glm::ivec3& v) {
+    range = {std::min(range.min, voxels(v).x), std::max(range.max, voxels(v).x)};
+  });
   return range;
 }
 
@@ -161,17 +151,14 @@ TEST(PageTable, OneLevelSkipsAreExactChebyshevDistances) {
     d = glm::abs(d);
     return std::max({d.x, d.y, d.z});
   };
-  for (int x = -1; x < 15; ++x)
-    for (int y = -1; y < 12; ++y)
-      for (int z = -1; z < 9; ++z) {
-        const glm::ivec3 brick(x, y, z);
-        const PageEntry entry = page_entry(atlas.pages, 8 * brick);
-        const int expected = std::min(chebyshev(brick - a), chebyshev(brick - b));
-        EXPECT_EQ(entry.kind, expected ? EntryKind::empty : EntryKind::brick);
-        if (expected) {
-          EXPECT_EQ(int(entry.payload), expected);
-        }
-      }
+  for_points({glm::ivec3(-1), {14, 11, 8}}, [&](const glm::ivec3& brick) {
+    const PageEntry entry = page_entry(atlas.pages, 8 * brick);
+    const int expected = std::min(chebyshev(brick - a), chebyshev(brick - b));
+    EXPECT_EQ(entry.kind, expected ? EntryKind::empty : EntryKind::brick);
+    if (expected) {
+      EXPECT_EQ(int(entry.payload), expected);
+    }
+  });
 }
 
 TEST(PageTable, HugeSparseBoxStaysSmall) {
@@ -207,7 +194,7 @@ TEST(PageTable, BoxesBeyondTheLimitAreRefused) {
   field.leaves = {{{0, 0, 0}, values->data()}, {{1 << 25, 0, 0}, values->data()}};
   field.active_box = {glm::ivec3(0), glm::ivec3((1 << 25) + 7, 7, 7)};
   field.storage = values;
-  EXPECT_NE(input_error([&] { build_atlas(field); }).find("density"), std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { build_atlas(field); }), "density"));
 }
 
 }  // namespace

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "base/text_file.h"
-#include "psivox/error.h"
 #include "scene/color.h"
 #include "scene/transfer_function.h"
 #include "thrown.h"

@@ -12,6 +12,7 @@
 #include "blobs_scene.h"
 #include "march/carried_light.h"
 #include "march/march_double.h"
+#include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "region_cases.h"
@@ -22,15 +23,16 @@
 namespace psivox {
 namespace {
 
+using InParts = GpuTest;
+
 /// Draws whole and in parts, and returns the largest difference of a pixel. The parts' values are
 /// read from the file one after another, or at once into memory.
 double difference(Scene scene, std::uint64_t limit, bool from_file = true) {
-  const auto gpu = open_gpu();
-  const Image whole = Session(scene).draw(*gpu).image;
+  const Image whole = Session(scene).draw(*Gpu::renderer()).image;
   scene.memory_limit = limit;
   Session session = from_file ? Session(scene) : Session(make_view(scene, VdbFile(scene.input)));
   EXPECT_EQ(session.view().medium.density->reader != nullptr, from_file);
-  const Drawn drawn = session.draw(*gpu);
+  const Drawn drawn = session.draw(*Gpu::renderer());
   EXPECT_EQ(drawn.notices.size(), 1u) << "drawn whole";
   return compare_images(whole, drawn.image).max;
 }
@@ -38,7 +40,7 @@ double difference(Scene scene, std::uint64_t limit, bool from_file = true) {
 /// Products of 20 or fewer regions' transmittances in float32, and sums of their radiance.
 constexpr double rounding = 1e-6;
 
-TEST(PartMarcher, DrawsThePictureOfTheWhole) {
+TEST_F(InParts, DrawsThePictureOfTheWhole) {
   for (const Integrator rule :
        {Integrator::psi_weighted, Integrator::cell_exact, Integrator::porter_duff}) {
     Scene scene = blobs_scene();
@@ -49,7 +51,7 @@ TEST(PartMarcher, DrawsThePictureOfTheWhole) {
 }
 
 // A ray that goes on by one cell too far adds up to `least` of that cell's opacity.
-TEST(PartMarcher, EndsRaysWhereThoseOfTheWholeEnd) {
+TEST_F(InParts, EndsRaysWhereThoseOfTheWholeEnd) {
   Scene scene = blobs_scene();
   scene.extinction = 30;
   for (const double least : {1e-2, 1.0 / 16384}) {
@@ -58,7 +60,7 @@ TEST(PartMarcher, EndsRaysWhereThoseOfTheWholeEnd) {
   }
 }
 
-TEST(PartMarcher, DrawsOtherModes) {
+TEST_F(InParts, DrawsOtherModes) {
   for (const auto& [name, mode] : joined_modes) {
     if (mode == Mode::alpha) continue;
     Scene scene = blobs_scene();
@@ -70,7 +72,7 @@ TEST(PartMarcher, DrawsOtherModes) {
   }
 }
 
-TEST(PartMarcher, DrawsInUniformSteps) {
+TEST_F(InParts, DrawsInUniformSteps) {
   Scene scene = blobs_scene();
   scene.sampling = Sampling::uniform;
   EXPECT_LT(difference(scene, 900000), rounding);
@@ -81,14 +83,16 @@ TEST(PartMarcher, DrawsInUniformSteps) {
   EXPECT_LT(difference(scene, 2000000, false), rounding);
 }
 
-/// Counts the regions that it draws.
+/// Counts the uploads, and the most bricks of one.
 class CountingMarcher final : public DoubleMarcher {
  public:
   void upload(const MediumAtlas& atlas, Filter filter) override {
     ++uploads;
+    most = std::max(most, atlas.density.places.size());
     DoubleMarcher::upload(atlas, filter);
   }
   int uploads = 0;
+  std::size_t most = 0;
 };
 
 TEST(PartMarcher, LeavesOutWhatNoRaySees) {
@@ -108,7 +112,7 @@ TEST(PartMarcher, LeavesOutWhatNoRaySees) {
   EXPECT_EQ(drawn(Mode::xray), 8);
 }
 
-TEST(PartMarcher, DrawsFromInsideAndInParallel) {
+TEST_F(InParts, DrawsFromInsideAndInParallel) {
   Scene scene = blobs_scene();
   scene.camera_position = glm::dvec3(0.1, 0.4, 0.05);
   scene.camera_target = glm::dvec3(1, 0.7, -0.3);
@@ -119,14 +123,14 @@ TEST(PartMarcher, DrawsFromInsideAndInParallel) {
   EXPECT_LT(difference(scene, 600000), rounding);
 }
 
-TEST(PartMarcher, FoldsEachSampleOfAPixel) {
+TEST_F(InParts, FoldsEachSampleOfAPixel) {
   Scene scene = blobs_scene();
   scene.pixel_samples = 4;
   scene.extinction = 30;  // a product of means would be far from the mean of products
   EXPECT_LT(difference(scene, 600000), rounding);
 }
 
-TEST(PartMarcher, DrawsWhatHasOtherGrids) {
+TEST_F(InParts, DrawsWhatHasOtherGrids) {
   Scene scene = blobs_scene();
   scene.luminance_grid = "color";
   EXPECT_LT(difference(scene, 1600000, false), rounding);
@@ -139,7 +143,7 @@ TEST(PartMarcher, DrawsWhatHasOtherGrids) {
   EXPECT_LT(difference(scene, 1600000, false), rounding);
 }
 
-TEST(PartMarcher, AddsUpDepthsTowardsTheLight) {
+TEST_F(InParts, AddsUpDepthsTowardsTheLight) {
   Scene scene = blobs_scene();
   scene.lights = {{glm::dvec3(0.3, -1, -0.5), glm::dvec3(1)}};
   scene.light_quality = LightQuality::exact;
@@ -147,18 +151,6 @@ TEST(PartMarcher, AddsUpDepthsTowardsTheLight) {
   scene.lights.push_back({glm::dvec3(-0.3, -1, 0.5), glm::dvec3(0.2, 0.3, 0.9)});
   EXPECT_LT(difference(scene, 3500000, false), rounding);
 }
-
-/// Counts the uploads, and the most bricks of one.
-class LightCounter final : public DoubleMarcher {
- public:
-  void upload(const MediumAtlas& atlas, Filter filter) override {
-    ++uploads;
-    most = std::max(most, atlas.density.places.size());
-    DoubleMarcher::upload(atlas, filter);
-  }
-  int uploads = 0;
-  std::size_t most = 0;
-};
 
 // The lattices of lights from all sides, with layers of bricks, and with layers that are boxes
 // again: sums of some hundred terms in double. Beams along one axis share the uploads.
@@ -194,7 +186,7 @@ TEST(PartMarcher, CarriesLatticesThroughItsLayers) {
   whole.upload(atlas, Filter::exact);
   const auto truth = depths_by(whole);
   for (const std::size_t most : {bricks.size() / 2, bricks.size() / 9, bricks.size() / 40}) {
-    LightCounter counter;
+    CountingMarcher counter;
     PartMarcher parts = in_regions(counter, Regions(bricks, most));
     const auto sums = depths_by(parts);
     double off = 0;
@@ -219,7 +211,7 @@ TEST(PartMarcher, GathersASkyInOnePassForEachSide) {
   const auto uploads = [&](int directions) {
     std::vector<Beam> beams = sky_beams(glm::dvec3(1), directions);
     for (Beam& beam : beams) beam.method.spacing = 4;
-    LightCounter counter;
+    CountingMarcher counter;
     in_regions(counter, Regions(bricks, 120))
         .light_depths(view)(beams, {blocks, all}, [](auto, auto, auto) {}, {});
     return counter.uploads;
@@ -228,7 +220,7 @@ TEST(PartMarcher, GathersASkyInOnePassForEachSide) {
   EXPECT_LE(uploads(64), 2 * uploads(16));  // as memory for their lattices lasts, not 4 times
 }
 
-TEST(PartMarcher, KeepsATolerance) {
+TEST_F(InParts, KeepsATolerance) {
   Scene scene = blobs_scene();
   scene.sampling.reset();
   scene.early_termination.reset();
@@ -236,20 +228,19 @@ TEST(PartMarcher, KeepsATolerance) {
   EXPECT_LT(difference(scene, 600000), 1e-3);  // both within it; the largest is some of them
 }
 
-TEST(PartMarcher, SaysWhatItCannotDraw) {
-  const auto gpu = open_gpu();
+TEST_F(InParts, SaysWhatItCannotDraw) {
   const auto message = [&](Scene scene, std::uint64_t limit) {
     scene.memory_limit = limit;
-    return error_of(ExitCode::memory, [&] { Session(scene).draw(*gpu); });
+    return error_of(ExitCode::memory, [&] { Session(scene).draw(*Gpu::renderer()); });
   };
   Scene templates = blobs_scene();
   templates.sampling = Sampling::template_;
   templates.projection = Projection::orthographic;
-  EXPECT_NE(message(templates, 600000).find("only --sampling cells"), std::string::npos);
+  EXPECT_TRUE(has(message(templates, 600000), "only --sampling cells"));
   Scene reversed = blobs_scene();
   reversed.mode = Mode::back_to_front;
-  EXPECT_NE(message(reversed, 600000).find("only --mode alpha"), std::string::npos);
-  EXPECT_NE(message(blobs_scene(), 1000).find("over the limit"), std::string::npos);
+  EXPECT_TRUE(has(message(reversed, 600000), "only --mode alpha"));
+  EXPECT_TRUE(has(message(blobs_scene(), 1000), "over the limit"));
 }
 
 }  // namespace

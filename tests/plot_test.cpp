@@ -2,12 +2,12 @@
 
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <filesystem>
 #include <regex>
 
 #include "base/text_file.h"
 #include "study/page.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -38,7 +38,7 @@ TEST(Plot, SvgHasItsColoursAndText) {
       .legend = {}};
   const std::string page = svg_of(plot);
   for (const char* part : {"stroke=\"#ff0000\"", "fill=\"#0000ff\"", ">a &lt; b<", "</svg>"})
-    EXPECT_NE(page.find(part), std::string::npos) << part;
+    EXPECT_TRUE(has(page, part));
 }
 
 TEST(Plot, PageHoldsItsData) {
@@ -55,19 +55,17 @@ TEST(Plot, PageHoldsItsData) {
       {{{2, 0.25, "b"}}, Ink{200, 0, 0}, Shape::ring, true, {"Pareto front"}, /*front=*/true});
   const std::filesystem::path folder = testing::TempDir();
   const std::string html = write_plot(plot, folder);
-  EXPECT_NE(html.find("<h3>a &lt; b</h3><a href=\"name.svg\">"), std::string::npos) << html;
-  EXPECT_NE(html.find(read_text((folder / "name.svg").string(), "plot")), std::string::npos);
+  EXPECT_TRUE(has(html, "<h3>a &lt; b</h3><a href=\"name.svg\">"));
+  EXPECT_TRUE(has(html, read_text((folder / "name.svg").string(), "plot")));
 
   const std::string open = "<script type=\"application/json\">", close = "</script>";
   const std::size_t begin = html.find(open) + open.size();
   const std::string text = html.substr(begin, html.find(close, begin) - begin);
-  EXPECT_NE(text.find("[[1.0,0.5,\"\\u003c/script>\"],[2.0,0.25,\"b\",1.5,4.0]]"),
-            std::string::npos)
-      << text;
+  EXPECT_TRUE(has(text, "[[1.0,0.5,\"\\u003c/script>\"],[2.0,0.25,\"b\",1.5,4.0]]"));
   for (const char* part : {R"("title":"a \u003c b")", R"("entries":["rule","cells"])",
                            R"("color":"#1f77b4")", R"("shape":"square")", R"("dashed":true)",
                            R"("entries":["Pareto front"])", R"("front":true)"})
-    EXPECT_NE(text.find(part), std::string::npos) << part << " is not in " << text;
+    EXPECT_TRUE(has(text, part));
 }
 
 }  // namespace

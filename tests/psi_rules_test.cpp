@@ -78,18 +78,14 @@ wide psi_minus_zeta(wide t, wide depth) {
 
 TYPED_TEST(PsiRules, LinearLuminanceIsTheHomogeneousPsi) {
   using real = typename TypeParam::real;
-  Worst front, back;
+  WorstWeights worst;
   for (const double f : log_spaced(1e-12, 1e4, 25))
     for (const double b : log_spaced(1e-12, 1e4, 25)) {
-      const auto w = this->math.linear_luminance(segment_of<TypeParam>(real(f), real(b)));
       const wide t = (wide(real(f)) + wide(real(b))) / 2;
-      front.see(relative(w.front, exact_one_minus_h(t)), f, b);
-      back.see(relative(w.back, psi_minus_zeta(t, t)), f, b);
+      worst.see(this->math.linear_luminance(segment_of<TypeParam>(real(f), real(b))),
+                exact_one_minus_h(t), psi_minus_zeta(t, t), f, b);
     }
-  report("linear_luminance w_f", front);
-  report("linear_luminance w_b", back);
-  EXPECT_LE(front.error, goal<real>);
-  EXPECT_LE(back.error, goal<real>);
+  worst.expect("linear_luminance", goal<real>);
 }
 
 /// Thesis eq. 64 and 65 as printed. `tau` is per unit of opacity, `units` per segment length.
@@ -180,32 +176,23 @@ std::vector<std::pair<double, double>> linear_cases() {
 
 TYPED_TEST(PsiRules, PsiExactAgainstQuadrature) {
   using real = typename TypeParam::real;
-  Worst front, back;
+  WorstWeights worst;
   for (const auto& [f, b] : linear_cases()) {
-    const auto w = this->math.psi_exact(segment_of<TypeParam>(real(f), real(b)));
     const LinearSegment e = linear_segment(wide(real(f)), wide(real(b)));
-    front.see(relative(w.front, e.front), f, b);
-    back.see(relative(w.back, e.back), f, b);
+    worst.see(this->math.psi_exact(segment_of<TypeParam>(real(f), real(b))), e.front, e.back, f, b);
   }
-  report("psi_exact w_f", front);
-  report("psi_exact w_b", back);
-  EXPECT_LE(front.error, goal<real>);
-  EXPECT_LE(back.error, goal<real>);
+  worst.expect("psi_exact", goal<real>);
 }
 
 TYPED_TEST(PsiRules, LinearSourceAgainstQuadrature) {
   using real = typename TypeParam::real;
-  Worst front, back;
+  WorstWeights worst;
   for (const auto& [f, b] : linear_cases()) {
-    const auto w = this->math.linear_source(segment_of<TypeParam>(real(f), real(b)));
     const LinearSegment e = linear_segment(wide(real(f)), wide(real(b)));
-    front.see(relative(w.front, wide(real(f)) * e.rest), f, b);
-    back.see(relative(w.back, wide(real(b)) * e.m), f, b);
+    worst.see(this->math.linear_source(segment_of<TypeParam>(real(f), real(b))),
+              wide(real(f)) * e.rest, wide(real(b)) * e.m, f, b);
   }
-  report("linear_source w_f", front);
-  report("linear_source w_b", back);
-  EXPECT_LE(front.error, goal<real>);
-  EXPECT_LE(back.error, goal<real>);
+  worst.expect("linear_source", goal<real>);
 }
 
 /// The error of a rule that approximates psi-exact, in either precision.
@@ -253,18 +240,14 @@ TEST(PsiApproximations, FloatIsDouble) {
   glsl32::Math single;
   glsl::Math twice;
   const auto compare = [&](auto rule, const char* name) {
-    Worst front, back;
+    WorstWeights worst;
     for (const double f : log_spaced(1e-12, 1e4, 24))
       for (const double b : log_spaced(1e-12, 1e4, 24)) {
-        const auto w = rule(single, segment_of<glsl32::Math>(float(f), float(b)));
         const auto e = rule(twice, segment_of<glsl::Math>(double(float(f)), double(float(b))));
-        front.see(relative(w.front, e.front), f, b);
-        back.see(relative(w.back, e.back), f, b);
+        worst.see(rule(single, segment_of<glsl32::Math>(float(f), float(b))), e.front, e.back, f,
+                  b);
       }
-    report((std::string(name) + " w_f").c_str(), front);
-    report((std::string(name) + " w_b").c_str(), back);
-    EXPECT_LE(front.error, goal<float>) << name;
-    EXPECT_LE(back.error, goal<float>) << name;
+    worst.expect(name, goal<float>);
   };
   compare([](auto& m, const auto& s) { return m.psi_table(s); }, "psi_table");
   compare([](auto& m, const auto& s) { return m.psi_fit(s); }, "psi_fit");

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
+#include <glm/gtc/matrix_transform.hpp>
 #include <memory>
 #include <random>
 #include <utility>
@@ -117,6 +118,13 @@ inline void expect_bounded(const Medium& medium, const WorldRay& ray) {
   }
 }
 
+inline std::shared_ptr<const TransferFunction> function(std::vector<TransferPoint> points) {
+  return std::make_shared<const TransferFunction>(std::move(points));
+}
+
+/// Noise in cells that are rotated, anisotropic and sheared.
+inline Field sheared_noise() { return make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared); }
+
 /// Rays from around the box a..b to points in it.
 inline std::vector<WorldRay> rays_through(const glm::dvec3& a, const glm::dvec3& b, int count) {
   std::mt19937 engine(7);
@@ -129,5 +137,28 @@ inline std::vector<WorldRay> rays_through(const glm::dvec3& a, const glm::dvec3&
   }
   return rays;
 }
+
+/// Rays through the middle of `sheared_noise`.
+inline std::vector<WorldRay> sheared_rays(int count) {
+  return rays_through(glm::dvec3(sheared * glm::dvec4(0, 4, 2, 1)),
+                      glm::dvec3(sheared * glm::dvec4(7, 10, 7, 1)), count);
+}
+
+/// The sheared noise with luminance of each source; of grids with lattices of their own.
+struct EverySource {
+  Field scalar = make_field({{-5, 0, 3}, {6, 16, 12}}, noise,
+                            glm::scale(glm::dmat4(1), glm::dvec3(0.8)) * sheared);
+  Field vector = make_vector_field(
+      {{-1, -1, 1}, {16, 15, 12}}, [](glm::ivec3 v) { return glm::vec3(noise(v), 1, noise(-v)); },
+      glm::translate(glm::scale(glm::dmat4(1), glm::dvec3(0.7)), {3, 2, 1}) * sheared);
+  std::vector<Medium> media{make_medium(sheared_noise(), 1.5, LuminanceSource::constant),
+                            make_medium(sheared_noise(), 1.5, LuminanceSource::density),
+                            make_medium(sheared_noise(), 1.5, LuminanceSource::transfer),
+                            make_medium(sheared_noise(), 1.5, scalar),
+                            make_medium(sheared_noise(), 1.5, vector)};
+  EverySource() {
+    for (Medium& medium : media) medium.color = {1, 0.5, 2};
+  }
+};
 
 }  // namespace psivox

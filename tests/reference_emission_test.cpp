@@ -1,17 +1,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <glm/geometric.hpp>
 
 #include "reference_cases.h"
-#include "scene/transfer_function.h"
+#include "verify/made_views.h"
 
 namespace psivox {
 namespace {
-
-std::shared_ptr<const Field> share(Field field) {
-  return std::make_shared<const Field>(std::move(field));
-}
 
 const Box slab{{0, 0, 0}, {9, 9, 9}};
 
@@ -49,30 +44,17 @@ TEST(ReferenceEmission, InVacuumItIsItsIntegral) {
 }
 
 TEST(ReferenceEmission, EverySourceAgreesWithPlainQuadrature) {
-  const Field density = make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared);
-  const Field scalar = make_field({{-5, 0, 3}, {6, 16, 12}}, noise,
-                                  glm::scale(glm::dmat4(1), glm::dvec3(0.8)) * sheared);
-  const Field vector = make_vector_field(
-      {{-1, -1, 1}, {16, 15, 12}}, [](glm::ivec3 v) { return glm::vec3(noise(v), 1, noise(-v)); },
-      glm::translate(glm::scale(glm::dmat4(1), glm::dvec3(0.7)), {3, 2, 1}) * sheared);
-  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
-  std::vector<Medium> media;
-  for (const LuminanceSource source :
-       {LuminanceSource::constant, LuminanceSource::density, LuminanceSource::transfer})
-    media.push_back(make_medium(density, 1.5, source));
-  media.push_back(make_medium(density, 1.5, scalar));
-  media.push_back(make_medium(density, 1.5, vector));
-  for (Medium& medium : media) {
-    medium.color = {1, 0.5, 2};
+  EverySource every;
+  const Emission first{share(every.scalar), 0.4}, second{share(every.vector), 0.3};
+  for (Medium& medium : every.media) {
     if (medium.source == LuminanceSource::transfer)
-      medium.transfer = std::make_shared<const TransferFunction>(std::vector<TransferPoint>{
-          {0.1, 0, {1, 0, 0}}, {0.3, 1.5, {0.2, 1, 0}}, {0.8, 0.5, {0, 0, 3}}});
-    const Emission first{share(scalar), 0.4}, second{share(vector), 0.3};
+      medium.transfer =
+          function({{0.1, 0, {1, 0, 0}}, {0.3, 1.5, {0.2, 1, 0}}, {0.8, 0.5, {0, 0, 3}}});
     for (const auto& emission :
          std::vector<std::vector<Emission>>{{first}, {second}, {first, second}}) {
       medium.emission = emission;
       // the plain quadrature's error with its 48 panels per cell
-      for (const WorldRay& ray : rays_through(a, b, 20))
+      for (const WorldRay& ray : sheared_rays(20))
         expect_equal(ray_radiance(medium, ray), plain(medium, ray, 60), 1e-10);
     }
   }

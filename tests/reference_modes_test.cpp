@@ -2,13 +2,10 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <glm/mat3x3.hpp>
-#include <glm/matrix.hpp>
 
 #include "reference/ray_radiance.h"
 #include "reference/reference.h"
 #include "reference_cases.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -97,22 +94,20 @@ TEST(ReferenceModes, XrayIsTheOpticalDepth) {
   EXPECT_EQ(p.opacity, 1);
   EXPECT_LT(p.error, 1e-10);
   // With a function: half of the ramps at both ends is above 1/2.
-  view.medium.transfer = std::make_shared<const TransferFunction>(
-      std::vector<TransferPoint>{{0.5, 0, {}}, {1, 2, {}}});
+  view.medium.transfer = function({{0.5, 0, {}}, {1, 2, {}}});
   EXPECT_NEAR(picture(view, {{-5, 4.25, 3.5}, {1, 0, 0}}).radiance.x,
               10 * (2 * 9 + 2 * 0.5 * 0.5 * 2), 1e-12);
   EXPECT_EQ(picture(view, {{-5, 20, 3.5}, {1, 0, 0}}).opacity, 0);
 }
 
 TEST(ReferenceModes, MaximaAgreeWithSamples) {
-  View view = view_of(Mode::mip, make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared));
+  View view = view_of(Mode::mip, sheared_noise());
   view.medium.color = {1, 2, 0.5};
   View local = view;
   local.scene.mode = Mode::lmip;
   local.scene.lmip_threshold = 0.3;
-  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
   int different = 0;
-  for (const WorldRay& ray : rays_through(a, b, 40)) {
+  for (const WorldRay& ray : sheared_rays(40)) {
     const Profile value(view, ray, 60);
     // A maximum is accurate to the square of its position's error, 1e-8; at a kink to 1e-9 of a
     // cell.
@@ -151,8 +146,7 @@ TEST(ReferenceModes, MaximaAreShownByTheFunction) {
   View view = view_of(Mode::mip, make_field({{0, 0, 0}, {9, 9, 9}},
                                             [](glm::ivec3 v) { return static_cast<float>(v.x); }));
   view.medium.color = {1, 2, 4};
-  view.medium.transfer = std::make_shared<const TransferFunction>(
-      std::vector<TransferPoint>{{0, 0, {0, 0, 1}}, {4, 0, {1, 0, 1}}, {12, 1, {0, 1, 0}}});
+  view.medium.transfer = function({{0, 0, {0, 0, 1}}, {4, 0, {1, 0, 1}}, {12, 1, {0, 1, 0}}});
   const WorldRay across{{4.5, -5, 4.5}, {0, 1, 0}}, below{{3.5, -5, 4.5}, {0, 1, 0}};
   EXPECT_EQ(picture(view, across).radiance, glm::dvec3(4.5, 9, 18));
   EXPECT_EQ(picture(view, below).opacity, 0);  // the attenuation of 3.5 is 0
@@ -167,8 +161,7 @@ TEST(ReferenceModes, TheEmptyDomainHasTheMaximumZero) {
   Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return -1.0f; });
   field.active_box = {{0, 0, 0}, {40, 7, 7}};
   View view = view_of(Mode::mip, field);
-  view.medium.transfer =
-      std::make_shared<const TransferFunction>(std::vector<TransferPoint>{{0, 1, {0.25, 1, 1}}});
+  view.medium.transfer = function({{0, 1, {0.25, 1, 1}}});
   view.medium.source = LuminanceSource::transfer;
   EXPECT_EQ(picture(view, {{30, 4, -9}, {0, 0, 1}}).radiance, glm::dvec3(0.25, 1, 1));
   EXPECT_EQ(picture(view, {{42, 4, -9}, {0, 0, 1}}).opacity, 0);  // beside the domain
@@ -252,12 +245,11 @@ TEST(ReferenceModes, NormalsOfASphereErrBySecondOrder) {
 }
 
 TEST(ReferenceModes, SurfacesAgreeWithSamples) {
-  View view = view_of(Mode::isosurface, make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared));
-  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
+  View view = view_of(Mode::isosurface, sheared_noise());
   for (const double isovalue : {0.2, 0.5, 0.8}) {
     view.medium.isovalue = isovalue;
     int hits = 0;
-    for (const WorldRay& ray : rays_through(a, b, 40)) {
+    for (const WorldRay& ray : sheared_rays(40)) {
       const Profile value(view, ray, 60);
       std::vector<double> passages = value.faces;
       add_passages([&](double t) { return value(t); }, isovalue, passages, 200);

@@ -1,17 +1,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <glm/geometric.hpp>
 
 #include "reference_cases.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
-
-std::shared_ptr<const TransferFunction> function(std::vector<TransferPoint> points) {
-  return std::make_shared<const TransferFunction>(std::move(points));
-}
 
 /// Value x on [0, 8], then falls to 0 on [8, 9].
 Field ramp() {
@@ -95,12 +89,11 @@ TEST(ReferenceTransfer, AConstantValueOnAJumpIsItsLowerEnd) {
 
 TEST(ReferenceTransfer, TheValueItselfAsAFunctionIsThePlainPath) {
   for (const LuminanceSource source : {LuminanceSource::constant, LuminanceSource::density}) {
-    Medium medium = make_medium(make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared), 1.5, source);
+    Medium medium = make_medium(sheared_noise(), 1.5, source);
     medium.color = {1, 2, 0.5};
     Medium by_function = medium;
     by_function.transfer = function({{0, 0, {}}, {0.25, 0.25, {}}, {2, 2, {}}});
-    const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
-    for (const WorldRay& ray : rays_through(a, b, 60)) {
+    for (const WorldRay& ray : sheared_rays(60)) {
       const RayRadiance r = ray_radiance(medium, ray), s = ray_radiance(by_function, ray);
       EXPECT_NEAR(r.optical_depth, s.optical_depth, 1e-13);
       EXPECT_EQ(r.cells, s.cells);
@@ -110,30 +103,16 @@ TEST(ReferenceTransfer, TheValueItselfAsAFunctionIsThePlainPath) {
 }
 
 TEST(ReferenceTransfer, EverySourceAgreesWithPlainQuadrature) {
-  const Field density = make_field({{-3, 2, 0}, {10, 12, 9}}, noise, sheared);
-  const Field scalar = make_field({{-5, 0, 3}, {6, 16, 12}}, noise,
-                                  glm::scale(glm::dmat4(1), glm::dvec3(0.8)) * sheared);
-  const Field vector = make_vector_field(
-      {{-1, -1, 1}, {12, 12, 5}}, [](glm::ivec3 v) { return glm::vec3(noise(v), 1, noise(-v)); },
-      sheared);
-  std::vector<Medium> media;
-  for (const LuminanceSource source :
-       {LuminanceSource::constant, LuminanceSource::density, LuminanceSource::transfer})
-    media.push_back(make_medium(density, 1.5, source));
-  media.push_back(make_medium(density, 1.5, scalar));
-  media.push_back(make_medium(density, 1.5, vector));
-  const glm::dvec3 a(sheared * glm::dvec4(0, 4, 2, 1)), b(sheared * glm::dvec4(7, 10, 7, 1));
-  for (Medium& medium : media) {
-    medium.color = {1, 0.5, 2};
+  EverySource every;
+  for (Medium& medium : every.media)
     for (const auto& transfer : {peaks(), jump()}) {
       medium.transfer = transfer;
       // The plain quadrature bisects crossings in t to 1e-15 of a ray's length of about 50: 1e-6 of
       // a jump's ramp, which is 1e-7 of a cell. It misses a value that crosses and returns within
       // 1/32 of a cell, which happens at no jump of these rays.
-      for (const WorldRay& ray : rays_through(a, b, 25))
+      for (const WorldRay& ray : sheared_rays(25))
         expect_equal(ray_radiance(medium, ray), plain(medium, ray, 60), 1e-9);
     }
-  }
 }
 
 TEST(ReferenceTransfer, ZeroMayAttenuateInTheWholeDomain) {

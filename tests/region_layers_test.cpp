@@ -4,34 +4,20 @@
 
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <string>
-#include <utility>
 #include <vector>
 
 #include "blobs_scene.h"
+#include "march_cases.h"
 #include "psivox/draw.h"
-#include "psivox/error.h"
+#include "region_cases.h"
 
 namespace psivox {
 namespace {
 
-const std::pair<const char*, Mode> layered_modes[] = {{"alpha", Mode::alpha},
-                                                      {"mip", Mode::mip},
-                                                      {"lmip", Mode::lmip},
-                                                      {"isosurface", Mode::isosurface},
-                                                      {"xray", Mode::xray}};
-
 struct Both {
   Image whole, parts;
-  const std::vector<float>& of_whole(const char* layer) const { return values(whole, layer); }
-  const std::vector<float>& in_parts(const char* layer) const { return values(parts, layer); }
-
- private:
-  static const std::vector<float>& values(const Image& image, const std::string& name) {
-    for (const Layer& layer : image.layers)
-      if (layer.name == name) return layer.values;
-    throw Error(ExitCode::failure, "no layer " + name);
-  }
+  const std::vector<float>& of_whole(const char* name) const { return layer(whole, name).values; }
+  const std::vector<float>& in_parts(const char* name) const { return layer(parts, name).values; }
 };
 
 Both drawn(Scene scene, Marcher& marcher) {
@@ -90,7 +76,7 @@ void expect_counts(const Both& both, bool ends) {
 
 TEST(RegionLayers, EqualThoseOfTheWhole) {
   for (const auto& marcher : {open_double(), open_gpu()})
-    for (const auto& [name, mode] : layered_modes)
+    for (const auto& [name, mode] : joined_modes)
       for (const int samples : {1, 3}) {
         if (samples == 3 && mode != Mode::alpha) continue;
         SCOPED_TRACE(name);

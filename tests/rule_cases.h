@@ -51,6 +51,22 @@ inline void report(const char* name, const Worst& worst) {
   std::printf("  %-28s %s\n", name, text);
 }
 
+/// Largest relative errors of a rule's weights at the ends.
+struct WorstWeights {
+  Worst front, back;
+  template <typename Weights>
+  void see(const Weights& w, wide exact_front, wide exact_back, double x_f, double x_b) {
+    front.see(relative(w.front, exact_front), x_f, x_b);
+    back.see(relative(w.back, exact_back), x_f, x_b);
+  }
+  void expect(const std::string& rule, wide bound) const {
+    report((rule + " w_f").c_str(), front);
+    report((rule + " w_b").c_str(), back);
+    EXPECT_LE(front.error, bound) << rule;
+    EXPECT_LE(back.error, bound) << rule;
+  }
+};
+
 // The definitions. expm1l and log1pl are accurate to an ulp of long double, 1e-19.
 inline wide exact_decay(wide x) { return std::exp(-x); }
 inline wide exact_opacity(wide x) { return -std::expm1(-x); }

@@ -4,6 +4,7 @@
 
 #include "scan_made_files.h"
 #include "scratch.h"
+#include "thrown.h"
 
 namespace psivox::test {
 namespace {
@@ -48,7 +49,7 @@ TEST(Scans, WhatIsNotReadIsNamed) {
   for (const auto& [bytes, what] : all) {
     const auto path = test::write_bytes("refused.nrrd", bytes);
     const std::string message = refusal_of(path);
-    EXPECT_NE(message.find(what), std::string::npos) << what << ": " << message;
+    EXPECT_TRUE(has(message, what));
     EXPECT_EQ(message.find(path.string() + ":"), 0u) << message;
   }
 }
@@ -91,8 +92,7 @@ TEST(Scans, AClaimOfManyValuesTakesNoMemory) {
   // 32767^3 values of 8 bytes, in a small gzip and in a small file
   const std::string head = nifti_header(false, false, 64, {32767, 32767, 32767});
   for (const std::string& bytes : {head + std::string(9000, '\0'), gzipped(head)})
-    EXPECT_NE(refusal_of(test::write_bytes("huge.nii", bytes)).find("cut short"),
-              std::string::npos);
+    EXPECT_TRUE(has(refusal_of(test::write_bytes("huge.nii", bytes)), "cut short"));
 }
 
 }  // namespace

@@ -17,6 +17,7 @@
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "scan/scan.h"
+#include "thrown.h"
 #include "vdb/reader.h"
 
 namespace psivox::test {
@@ -123,7 +124,7 @@ inline std::string refusal_of(const fs::path& path) {
     } catch (const Error& error) {
       EXPECT_TRUE(error.code() == ExitCode::input || error.code() == ExitCode::memory)
           << error.what();
-      EXPECT_EQ(std::string(error.what()).find('\n'), std::string::npos);
+      EXPECT_FALSE(has(error.what(), "\n"));
       return error.what();
     }
     return {};

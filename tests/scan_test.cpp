@@ -81,10 +81,8 @@ TEST(Nifti, FramesAreGridsInTheirOrderAndInAnyOther) {
   EXPECT_EQ(file.default_grid(), "image");
   EXPECT_EQ(file.read("image").notices,
             std::vector<std::string>{"grid 'image': 3 grids have this name; took 'image[0]'"});
-  EXPECT_NE(input_error([&] {
-              file.read("rgb");
-            }).find("has no grid 'rgb'; it has 'image[0]' 'image[1]' 'image[2]'"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { file.read("rgb"); }),
+                  "has no grid 'rgb'; it has 'image[0]' 'image[1]' 'image[2]'"));
 }
 
 TEST(Nifti, ColoursAndVectorsHaveThreeChannels) {
@@ -146,7 +144,7 @@ TEST(Nifti, APairIsReadByItsHeader) {
   put(bytes, 108, 0.0f, false);
   const auto path = test::write_bytes("pair.hdr", bytes.substr(0, 348));
   fs::remove(fs::path(path).replace_extension(".img"));
-  EXPECT_NE(refusal_of(path).find("pair.img: no such file"), std::string::npos);
+  EXPECT_TRUE(has(refusal_of(path), "pair.img: no such file"));
   test::write_bytes("pair.img", values_of_type<std::int16_t>(false));
   expect_made(VdbFile(path), "image");
 }

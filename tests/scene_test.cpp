@@ -7,10 +7,10 @@
 #include <cstdint>
 #include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "colour/colour.h"
-#include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "thrown.h"
 
@@ -33,7 +33,7 @@ TEST(Parameters, EveryRowHasAUniqueNameADefaultAndHelp) {
     EXPECT_EQ(find_parameter(p.name), &p);
     EXPECT_FALSE(p.help.empty()) << p.name;
     EXPECT_TRUE(p.positional || !p.default_text.empty()) << p.name;
-    EXPECT_EQ(p.name.find('_'), std::string::npos);
+    EXPECT_FALSE(has(p.name, "_"));
   }
   EXPECT_EQ(find_parameter("setp"), nullptr);
 }
@@ -69,14 +69,7 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_EQ(with("background", "none").background, std::nullopt);
   EXPECT_EQ(with("resolution", "640x480").resolution, glm::ivec2(640, 480));
   EXPECT_EQ(with("integrator", "psi-weighted").integrator, Integrator::psi_weighted);
-  EXPECT_EQ(with("integrator", "porter-duff").integrator, Integrator::porter_duff);
-  EXPECT_EQ(with("integrator", "opacity-linear").integrator, Integrator::opacity_linear);
-  EXPECT_EQ(with("opacity-unit", "2.5").opacity_unit, 2.5);
-  EXPECT_EQ(with("sampling", "uniform").sampling, Sampling::uniform);
-  EXPECT_EQ(with("filter", "hardware").filter, Filter::hardware);
-  EXPECT_EQ(with("texel", "float16").texel, TexelType::float16);
   EXPECT_EQ(with("renderer", "march-double").renderer, RendererKind::march_double);
-  EXPECT_EQ(with("projection", "orthographic").projection, Projection::orthographic);
   EXPECT_EQ(with("sampling", "template").sampling, Sampling::template_);
   EXPECT_EQ(with("transfer-function", "a b.json").transfer_function, "a b.json");
   EXPECT_EQ(with("colormap", "hot").colormap, Colormap::hot);
@@ -88,11 +81,8 @@ TEST(Parameters, ReadsEveryKind) {
   EXPECT_EQ(with("opacity", "0:0,0.3:0.1,1:20").opacity,
             (OpacityCurve{{{0, 0}, {0.3, 0.1}, {1, 20}}}));
   EXPECT_EQ(with("opacity", "none").opacity, std::nullopt);
-  EXPECT_EQ(with("classification", "pre").classification, Classification::pre);
   EXPECT_EQ(with("mode", "back-to-front").mode, Mode::back_to_front);
-  EXPECT_EQ(with("mode", "xray").mode, Mode::xray);
   EXPECT_EQ(with("isovalue", "-2").isovalue, -2.0);
-  EXPECT_EQ(with("centering", "cell").centering, Centering::cell);
   EXPECT_EQ(with("end-corrections", "false").end_corrections, false);
   EXPECT_EQ(with("phase-g", "-.5").phase_g, -0.5);
   EXPECT_TRUE(with("light", "none").lights.empty());
@@ -166,9 +156,9 @@ TEST(Parameters, TakesWholeNumbersUpTo255ForCodesBehindTheMediumAlone) {
   const auto notice = [](const char* name, const char* text) {
     return color_notice(*find_parameter(name), text);
   };
-  EXPECT_NE(notice("background", "255,128,0").find("#ff8000"), std::string::npos);
-  EXPECT_NE(notice("luminance", "255,128,0").find("#ff8000"), std::string::npos);
-  EXPECT_NE(notice("light", "1,0,0;0,-1,0,255,0,9").find("0,-1,0,#ff0009"), std::string::npos);
+  EXPECT_TRUE(has(notice("background", "255,128,0"), "#ff8000"));
+  EXPECT_TRUE(has(notice("luminance", "255,128,0"), "#ff8000"));
+  EXPECT_TRUE(has(notice("light", "1,0,0;0,-1,0,255,0,9"), "0,-1,0,#ff0009"));
   EXPECT_EQ(notice("luminance", "9,9,9"), "");
   EXPECT_EQ(notice("light", "0,-1,0,3,3,3"), "");
   EXPECT_EQ(notice("light", "0,0,100"), "");
@@ -232,81 +222,35 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
 }
 
 TEST(Parameters, RefusesWhatIsNoNumberOrOutOfRange) {
-  struct Bad {
-    const char *name, *text;
-  };
-  for (const Bad& bad : std::vector<Bad>{{"step", ""},
-                                         {"step", "0"},
-                                         {"step", "-1"},
-                                         {"step", "1x"},
-                                         {"step", " 1"},
-                                         {"range", "1"},
-                                         {"range", "1,2,3"},
-                                         {"range", "1%,101%"},
-                                         {"range", "P1,P2"},
-                                         {"opacity", ""},
-                                         {"opacity", "0.5"},
-                                         {"opacity", "0:0,0:1"},
-                                         {"opacity", "0:0,2:1"},
-                                         {"opacity", "0:-1"},
-                                         {"step", "1 "},
-                                         {"step", "nan"},
-                                         {"step", "inf"},
-                                         {"step", "1e999"},
-                                         {"step", "0x10"},
-                                         {"step", "1,5"},
-                                         {"segments", "0"},
-                                         {"opacity-unit", "0"},
-                                         {"opacity-unit", "auto"},
-                                         {"segments", "2.0"},
-                                         {"segments", "1e1"},
-                                         {"segments", "99999999999"},
-                                         {"pixel-samples", "0"},
-                                         {"extinction", "-0.1"},
-                                         {"extinction", "Auto"},
-                                         {"camera-up", "0,1"},
-                                         {"camera-up", "1,2,3,"},
-                                         {"camera-up", "1,2,3,4"},
-                                         {"camera-up", "1,,3"},
-                                         {"camera-up", "1 2 3"},
-                                         {"camera-up", "1,2,nan"},
-                                         {"resolution", "0x5"},
-                                         {"resolution", "5x0"},
-                                         {"resolution", "5x5x5"},
-                                         {"resolution", "5.5x5"},
-                                         {"resolution", "-5x5"},
-                                         {"resolution", "5X5"},
-                                         {"pixel-samples", "4097"},
-                                         {"fov", "0"},
-                                         {"aperture", "0"},
-                                         {"ortho-width", "0"},
-                                         {"background", "-1,0,0"},
-                                         {"device", "-2"},
-                                         {"sampling", "cell"},
-                                         {"filter", ""},
-                                         {"range", ""},
-                                         {"range", "1,2,3"},
-                                         {"range", "1x2"},
-                                         {"light", ""},
-                                         {"light", "1,2"},
-                                         {"light", "1,2,3,"},
-                                         {"light", "1,2,3,4,5"},
-                                         {"light", "1,2,3,4,5,6,7"},
-                                         {"light", "1,2,3,4,-5,6"},
-                                         {"light", "1,2,nan"},
-                                         {"albedo", "1.1"},
-                                         {"albedo", "-0.1"},
-                                         {"albedo", "0.5,0.5"},
-                                         {"albedo", "0.5,0.5,1.5"},
-                                         {"phase-g", "-1"},
-                                         {"emission-scale", "-1"},
-                                         {"temperature-scale", "-1"},
-                                         {"connectivity", "5"},
-                                         {"connectivity", "27"},
-                                         {"mode", "xrays"},
-                                         {"classification", "none"},
-                                         {"end-corrections", "0"}})
-    EXPECT_NE(refusal(bad.name, bad.text), "no error") << bad.name << " " << bad.text;
+  const std::pair<const char*, std::vector<const char*>> bad[] = {
+      {"step", {"", "0", "-1", "1x", " 1", "1 ", "nan", "inf", "1e999", "0x10", "1,5"}},
+      {"range", {"1", "1,2,3", "1%,101%", "P1,P2", "", "1x2"}},
+      {"opacity", {"", "0.5", "0:0,0:1", "0:0,2:1", "0:-1"}},
+      {"segments", {"0", "2.0", "1e1", "99999999999"}},
+      {"opacity-unit", {"0", "auto"}},
+      {"pixel-samples", {"0", "4097"}},
+      {"extinction", {"-0.1", "Auto"}},
+      {"camera-up", {"0,1", "1,2,3,", "1,2,3,4", "1,,3", "1 2 3", "1,2,nan"}},
+      {"resolution", {"0x5", "5x0", "5x5x5", "5.5x5", "-5x5", "5X5"}},
+      {"fov", {"0"}},
+      {"aperture", {"0"}},
+      {"ortho-width", {"0"}},
+      {"background", {"-1,0,0"}},
+      {"device", {"-2"}},
+      {"sampling", {"cell"}},
+      {"filter", {""}},
+      {"light", {"", "1,2", "1,2,3,", "1,2,3,4,5", "1,2,3,4,5,6,7", "1,2,3,4,-5,6", "1,2,nan"}},
+      {"albedo", {"1.1", "-0.1", "0.5,0.5", "0.5,0.5,1.5"}},
+      {"phase-g", {"-1"}},
+      {"emission-scale", {"-1"}},
+      {"temperature-scale", {"-1"}},
+      {"connectivity", {"5", "27"}},
+      {"mode", {"xrays"}},
+      {"classification", {"none"}},
+      {"end-corrections", {"0"}}};
+  for (const auto& [name, texts] : bad)
+    for (const char* text : texts)
+      EXPECT_NE(refusal(name, text), "no error") << name << " " << text;
 }
 
 TEST(Json, RoundTripsEveryBit) {
@@ -368,7 +312,7 @@ TEST(Json, PrintsNumbersVectorsNamesAndUnset) {
         "\"light\": [0.0,-1.0,0.0,1.0,2.0,3.0]", "\"mode\": \"back-to-front\"",
         "\"end-corrections\": true", "\"background\": \"none\"",
         "\"early-termination\": 0.0009765625"})
-    EXPECT_NE(text.find(line), std::string::npos) << line << " in\n" << text;
+    EXPECT_TRUE(has(text, line));
 }
 
 TEST(Json, TakesTheCommandLinesSyntaxAndPartialScenes) {

@@ -30,14 +30,6 @@ class Folder {
   fs::path path_ = test::empty_scratch_dir();
 };
 
-/// Whether `action` throws a usage error with that text.
-template <typename Action>
-testing::AssertionResult says(Action action, const std::string& text) {
-  const std::string message = usage_error(action);
-  if (message.find(text) != std::string::npos) return testing::AssertionSuccess();
-  return testing::AssertionFailure() << message;
-}
-
 std::vector<int> frames_of(const SequenceFiles& files) {
   std::vector<int> frames;
   for (const auto& [frame, path] : files) frames.push_back(frame);
@@ -55,8 +47,10 @@ TEST(FramePattern, PadsAsItsPlaceholderSays) {
   for (const char* text : {"fire#.vdb", "fire%d.vdb", "fire$F.vdb"})
     EXPECT_EQ(path(text, 12), "fire12.vdb") << text;
   EXPECT_FALSE(FramePattern::of_placeholder("fire.0001.vdb"));
-  EXPECT_TRUE(says([&] { FramePattern::of_placeholder("fire.##.##.vdb"); }, "two places"));
-  EXPECT_TRUE(says([&] { FramePattern::of_placeholder("shot##/fire.vdb"); }, "in the file's name"));
+  EXPECT_TRUE(
+      has(usage_error([&] { FramePattern::of_placeholder("fire.##.##.vdb"); }), "two places"));
+  EXPECT_TRUE(has(usage_error([&] { FramePattern::of_placeholder("shot##/fire.vdb"); }),
+                  "in the file's name"));
 }
 
 TEST(FramePattern, FindsNumbersThatItWouldWrite) {
@@ -81,8 +75,9 @@ TEST(Frames, AreReadAndWritten) {
   for (const char* text : {"1-10x3,20", "1-2", "4,6", "1-100", "3"})
     EXPECT_EQ(frames_text(read_frames(text, "--frames")), text);
   for (const char* text : {"", "a", "10-1", "1-", "-5", "1-5x0", "5x2"})
-    EXPECT_TRUE(says([&] { read_frames(text, "--frames"); }, "--frames: expected frames such as"));
-  EXPECT_TRUE(says([&] { read_frames("0-2000000", "--frames"); }, "more than"));
+    EXPECT_TRUE(has(usage_error([&] { read_frames(text, "--frames"); }),
+                    "--frames: expected frames such as"));
+  EXPECT_TRUE(has(usage_error([&] { read_frames("0-2000000", "--frames"); }), "more than"));
 }
 
 TEST(SequenceFiles, AreThoseOfAPatternAFolderOrNamed) {
@@ -96,7 +91,8 @@ TEST(SequenceFiles, AreThoseOfAPatternAFolderOrNamed) {
   EXPECT_FALSE(sequence_files(std::vector{one})) << "one file is no sequence";
 
   const std::string other = folder.file("ash.0001.vdb");
-  EXPECT_TRUE(says([&] { sequence_files(std::vector{folder.path()}); }, "more than one sequence"));
+  EXPECT_TRUE(has(usage_error([&] { sequence_files(std::vector{folder.path()}); }),
+                  "more than one sequence"));
   const SequenceFiles named = sequence_files(std::vector{one, other}).value();
   EXPECT_EQ(named.at(1), one) << "names that differ otherwise are numbered in their order";
   EXPECT_EQ(named.at(2), other);

@@ -36,11 +36,7 @@ class Shaders : public ShaderTest {
     return error_of(ExitCode::graphics, [&] { picture(view); });
   }
 
-  static View view(Glow glow = Glow::constant) {
-    Scene scene = looking(small_scene(16), {95, 60, 70}, {11, 12, 11});
-    scene.extinction = 0.12;
-    return view_of(scene, mixed(), glow);
-  }
+  static View view(Glow glow = Glow::constant) { return view_of(oblique(16, 0.12), mixed(), glow); }
 };
 
 TEST_F(Shaders, TheFolderReplacesTheEmbeddedOnes) {
@@ -74,8 +70,7 @@ TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
     EXPECT_LE(drawn.stats.stuck, 128u);
     EXPECT_EQ(drawn.stats.passes > 1, turns > 0);
     ASSERT_EQ(drawn.notices.size(), 1u);
-    EXPECT_NE(drawn.notices[0].find(std::to_string(drawn.stats.stuck) + " rays stood still"),
-              std::string::npos);
+    EXPECT_TRUE(has(drawn.notices[0], std::to_string(drawn.stats.stuck) + " rays stood still"));
     std::uint64_t others = 0;
     for (int i = 3; i < 16 * 16 * 4; i += 4) {
       const float opacity = drawn.image.rgba()[std::size_t(i)];
@@ -116,7 +111,7 @@ TEST_F(Shaders, APassThatMovesNoRayIsAnError) {
   edit("march.glsl", "      m.done = true;\n    }\n  }\n", "    }\n  }\n");
   let_stand([&](auto from, auto to) { edit("stretch.glsl", from, to); }, "16");
   const Limited limited({.turns_per_pass = 60});
-  EXPECT_NE(graphics_error(view()).find("a pass moved none of them"), std::string::npos);
+  EXPECT_TRUE(has(graphics_error(view()), "a pass moved none of them"));
 }
 
 TEST_F(Shaders, EveryShaderIsEmbedded) {
@@ -145,9 +140,8 @@ TEST_F(Shaders, ErrorsNameFileAndLine) {
       const std::string where = std::string(text).substr(0, std::string(text).find('\n'));
       const int line = edit(name, text, where + nonsense + std::string(text).substr(where.size()));
       const std::string message = graphics_error(view(Glow::density));
-      EXPECT_NE(message.find(std::string(name) + ":" + std::to_string(line) + ":"),
-                std::string::npos)
-          << message << "; expected line " << line;
+      EXPECT_TRUE(has(message, std::string(name) + ":" + std::to_string(line) + ":"))
+          << "; expected line " << line;
       edit(name, nonsense, "");
     }
   EXPECT_NO_THROW(picture(view()));
@@ -156,14 +150,14 @@ TEST_F(Shaders, ErrorsNameFileAndLine) {
 TEST_F(Shaders, MissingIncludesNameWhoWantsThem) {
   const int line = edit("medium.glsl", "#include \"ray.glsl\"", "#include \"rays.glsl\"");
   const std::string message = graphics_error(view());
-  EXPECT_NE(message.find("rays.glsl"), std::string::npos) << message;
-  EXPECT_NE(message.find("medium.glsl:" + std::to_string(line)), std::string::npos) << message;
+  EXPECT_TRUE(has(message, "rays.glsl"));
+  EXPECT_TRUE(has(message, "medium.glsl:" + std::to_string(line)));
 }
 
 TEST_F(Shaders, AFolderWithoutShadersIsSaidSo) {
   setenv("PSIVOX_SHADER_DIR", (folder_ / "nothing").c_str(), 1);
   const std::string message = graphics_error(view());
-  EXPECT_NE(message.find("PSIVOX_SHADER_DIR"), std::string::npos) << message;
+  EXPECT_TRUE(has(message, "PSIVOX_SHADER_DIR"));
 }
 
 TEST(ShaderSource, LogsOfBothKindsOfDriverAreMapped) {
@@ -186,7 +180,7 @@ TEST(ShaderSource, EveryLineKnowsItsPlace) {
   EXPECT_EQ(source.places[0].file, "version");
   EXPECT_EQ(source.places[2].file, "prelude");
   EXPECT_EQ(source.places[2].line, 2);
-  EXPECT_EQ(source.text.find("#include"), std::string::npos);
+  EXPECT_FALSE(has(source.text, "#include"));
 }
 
 TEST(Macros, AreReplacedAsByAPreprocessor) {

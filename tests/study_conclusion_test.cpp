@@ -8,6 +8,7 @@
 
 #include "psivox/parameters.h"
 #include "study/report.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -38,8 +39,8 @@ TEST(Conclusion, NamesTheCheapestForEightBitsAndForSmallErrors) {
             "for an RMS of 1e-4 or less use `--integrator cell-exact`: 60 look-ups a ray.");
   EXPECT_EQ(conclusion_of(r).fine_rms, 1e-4);
   const std::string json = results_json(r);
-  EXPECT_NE(json.find(conclusion_text(r)), std::string::npos);
-  EXPECT_NE(json.find("\"from_rms\": 0.0001"), std::string::npos);
+  EXPECT_TRUE(has(json, conclusion_text(r)));
+  EXPECT_TRUE(has(json, "\"from_rms\": 0.0001"));
 
   // Hardly more look-ups and less time wins; many more look-ups and less time does not.
   r.points.push_back(point_of({{Integrator::midpoint, Sampling::uniform, 0, 2}}, 4e-4, 39, 1));
@@ -75,7 +76,7 @@ TEST(Conclusion, NamesNoWinnerWhereRulesCannotDiffer) {
             "but for rounding.");
   // the default rule stands for all, whatever their times
   EXPECT_EQ(conclusion_of(r).eight_bits, &r.points[2]);
-  EXPECT_NE(results_json(r).find(R"("--step 2 --integrator psi-balanced")"), std::string::npos);
+  EXPECT_TRUE(has(results_json(r), R"("--step 2 --integrator psi-balanced")"));
 
   Scene surface;
   surface.mode = Mode::isosurface;

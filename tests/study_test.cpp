@@ -16,6 +16,7 @@
 #include "study/page.h"
 #include "study/report.h"
 #include "study/suite.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -58,7 +59,7 @@ TEST(Plan, SkipsWhatTheSceneRefusesAndSaysWhy) {
   const TextTable rows = skipped_table(plan.skipped);
   ASSERT_EQ(rows.size(), 3u);
   EXPECT_EQ(rows[1][0], "preintegrated: cells 1, cells 2, step 1, step 0.5");
-  EXPECT_NE(rows[1][1].find("--transfer-function"), std::string::npos);
+  EXPECT_TRUE(has(rows[1][1], "--transfer-function"));
   EXPECT_EQ(rows[2][0], "cell-exact: step 1, step 0.5");
 }
 
@@ -69,7 +70,7 @@ TEST(Plan, TemplatesNeedParallelRays) {
   const StudyPlan refused = plan_study(sweep, Scene{});
   EXPECT_TRUE(refused.variants.empty());
   ASSERT_EQ(refused.skipped.size(), 1u);
-  EXPECT_NE(refused.skipped[0].reason.find("orthographic"), std::string::npos);
+  EXPECT_TRUE(has(refused.skipped[0].reason, "orthographic"));
   Scene parallel;
   parallel.projection = Projection::orthographic;
   EXPECT_EQ(plan_study(sweep, parallel).variants.size(), 1u);
@@ -100,7 +101,7 @@ TEST(Plan, MaximaAndSurfacesHaveNoRules) {
   EXPECT_EQ(variant_name(surface.variants[0]), "porter-duff cells 1");
   const TextTable rows = skipped_table(surface.skipped);
   EXPECT_EQ(rows[1][0], "porter-duff: cells 2");
-  EXPECT_NE(rows[1][1].find("isosurface integrates nothing"), std::string::npos);
+  EXPECT_TRUE(has(rows[1][1], "isosurface integrates nothing"));
   base.mode = Mode::mip;
   EXPECT_EQ(plan_study(sweep, base).variants.size(), 3u);  // cells, and two steps
   base.mode = Mode::xray;                                  // its optical depths are the rules'
@@ -219,8 +220,7 @@ TEST(Results, JsonRoundTrip) {
   EXPECT_EQ(back.points, r.points);
   EXPECT_EQ(results_json(back), results_json(r));
   EXPECT_EQ(results_csv(back), results_csv(r));
-  EXPECT_NE(results_json(r).find("\"command\": \"psivox render a.vdb --output=picture.png"),
-            std::string::npos);
+  EXPECT_TRUE(has(results_json(r), "\"command\": \"psivox render a.vdb --output=picture.png"));
   for (const char* text : {"", "{}", "[]", R"({"psivox_study": 2})"})
     EXPECT_THROW(results_from_json(text, "test"), Error) << text;
 }
@@ -272,9 +272,9 @@ TEST(Results, MarkdownRelatesTimesToPorterDuff) {
   const std::string text =
       markdown_table(rules_table(r)) + markdown_table(skipped_table(r.skipped));
   // psi-exact's times are 0.7^2 times those of porter-duff, which comes two points earlier
-  EXPECT_NE(text.find("| porter-duff | 8.7e-2 (1.00) |"), std::string::npos) << text;
-  EXPECT_NE(text.find("(0.49)"), std::string::npos) << text;
-  EXPECT_NE(text.find("| cell-exact: step 1, step 0.5 | --integrator"), std::string::npos) << text;
+  EXPECT_TRUE(has(text, "| porter-duff | 8.7e-2 (1.00) |"));
+  EXPECT_TRUE(has(text, "(0.49)"));
+  EXPECT_TRUE(has(text, "| cell-exact: step 1, step 0.5 | --integrator"));
 }
 
 TEST(Resume, OnlyTheSameStudyGoesOn) {
@@ -296,7 +296,7 @@ TEST(Resume, OnlyTheSameStudyGoesOn) {
   EXPECT_EQ(resume_obstacle(begun, next, more), "");
   StudyPlan less = plan;
   less.variants.erase(less.variants.begin());
-  EXPECT_NE(resume_obstacle(begun, next, less).find("porter-duff cells 1"), std::string::npos);
+  EXPECT_TRUE(has(resume_obstacle(begun, next, less), "porter-duff cells 1"));
 
   const auto obstacle = [&](auto change) {
     StudyResults other = next;
@@ -311,7 +311,7 @@ TEST(Resume, OnlyTheSameStudyGoesOn) {
     changed.resolution = {64, 64};
     s.scene = to_json(changed);
   });
-  EXPECT_NE(scene.find("--resolution"), std::string::npos) << scene;
+  EXPECT_TRUE(has(scene, "--resolution"));
 }
 
 // Four halvings: higher orders contribute at most 10 % of an order if the lengths are as fine as

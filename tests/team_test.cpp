@@ -13,11 +13,13 @@
 #include "blobs_scene.h"
 #include "draw/part_marcher.h"
 #include "field/value_range.h"
+#include "field_voxels.h"
 #include "march/march_double.h"
 #include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "psivox/draw.h"
 #include "thread_team.h"
+#include "thrown.h"
 
 namespace psivox {
 namespace {
@@ -230,16 +232,6 @@ TEST(Team, LightWithinATolerance) {
   EXPECT_EQ(errors, std::vector<std::string>(3, ""));
 }
 
-/// A voxel's value in a field of leaves.
-float value_at(const Field& field, const glm::ivec3& voxel) {
-  for (const Leaf& leaf : field.leaves)
-    if (leaf.origin == (voxel & ~7)) {
-      const glm::ivec3 at = voxel & 7;
-      return leaf.values[(at.x * 8 + at.y) * 8 + at.z];
-    }
-  return 0;
-}
-
 // All members choose by the same overview: of few leaves the density itself, of many every eighth
 // of its voxels. With --lod it is what one process makes of the volume.
 TEST(Team, GatherAnOverview) {
@@ -278,13 +270,14 @@ TEST(Team, GatherAnOverview) {
   EXPECT_LE(coarse[0].field.leaves.size(), whole.leaves.size() / 2);
   EXPECT_EQ(active_range(coarse[0].field), active_range(whole));
   for (const SurveyedDensity& found : coarse) expect_same(found.field, coarse[0].field);
+  const FieldVoxels voxels(whole);
   for (const Leaf& leaf : coarse[0].field.leaves)
     for (int i = 0; i < 512; ++i) {
       const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
       bool is_one_of_eight = false;
       for (int k = 0; k < 8; ++k)
         is_one_of_eight |=
-            value_at(whole, 2 * voxel + glm::ivec3(k >> 2, k >> 1 & 1, k & 1)) == leaf.values[i];
+            voxels(2 * voxel + glm::ivec3(k >> 2, k >> 1 & 1, k & 1)).x == leaf.values[i];
       ASSERT_TRUE(is_one_of_eight);
     }
 }
@@ -298,7 +291,7 @@ TEST(Team, SayWhatTheyCannotDraw) {
     wish.layers.depth = true;
     session.draw(*open_double(), wish);
   });
-  EXPECT_NE(errors[0].find("without other layers"), std::string::npos);
+  EXPECT_TRUE(has(errors[0], "without other layers"));
   EXPECT_EQ(errors[0], errors[1]);
 }
 

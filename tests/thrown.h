@@ -23,6 +23,13 @@ template <typename Action>
   return "no error";
 }
 
+/// Whether a text has a part.
+[[nodiscard]] inline testing::AssertionResult has(const std::string& text,
+                                                  const std::string& part) {
+  if (text.find(part) != std::string::npos) return testing::AssertionSuccess();
+  return testing::AssertionFailure() << "'" << part << "' is not in '" << text << "'";
+}
+
 template <typename Action>
 [[nodiscard]] std::string usage_error(Action&& action) {
   return error_of(ExitCode::usage, action);

@@ -9,6 +9,7 @@
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,14 @@ inline Scene open_look(const std::string& input) {
   return scene;
 }
 
+inline void expect_same(const Image& a, const Image& b) {
+  ASSERT_EQ(a.width, b.width);
+  ASSERT_EQ(a.height, b.height);
+  const auto left = a.rgba(), right = b.rgba();
+  EXPECT_TRUE(std::equal(left.begin(), left.end(), right.begin(), right.end()))
+      << "largest difference " << compare_images(a, b).max;
+}
+
 /// A viewer and its simulated input.
 class Hands {
  public:
@@ -76,6 +85,12 @@ class Hands {
                        .quiet = true,
                        .count_objects = true,
                        .render = render_by_program}) {}
+
+  ~Hands() {
+    if (errors) {
+      EXPECT_EQ(viewer.messages().error_count(), *errors) << viewer.messages().last_error();
+    }
+  }
 
   void frames(int count) {
     for (int i = 0; i < count; ++i) viewer.frame(0.01);
@@ -93,6 +108,16 @@ class Hands {
   }
   ::testing::AssertionResult until_exact() {
     return until([&] { return !viewer.loading() && viewer.exact_picture(); });
+  }
+  /// The first error.
+  ::testing::AssertionResult until_error() {
+    errors = 1;
+    return until([&] { return viewer.messages().error_count() == 1; });
+  }
+  /// The window refines to the picture that `psivox render` draws of its scene.
+  void expect_rendered() {
+    ASSERT_TRUE(until_exact());
+    expect_same(*viewer.exact_picture(), rendered(viewer.scene()));
   }
   void post(Event event) {
     viewer.window().post(std::move(event));
@@ -125,23 +150,8 @@ class Hands {
     release(to, button);
   }
   void drop(const std::string& path) { post({Kind::drop, {}, 0, false, 0, {path}}); }
-  /// For inspection, if the environment names a folder.
-  void photograph(const char* name) {
-    const char* folder = std::getenv("PSIVOX_PHOTOGRAPHS");
-    if (!folder) return;
-    frames(4);
-    viewer.photograph((fs::path(folder) / name).string());
-  }
-
   Viewer viewer;
+  std::optional<int> errors = 0;  ///< that a test causes; null if any number may happen
 };
-
-inline void expect_same(const Image& a, const Image& b) {
-  ASSERT_EQ(a.width, b.width);
-  ASSERT_EQ(a.height, b.height);
-  const auto left = a.rgba(), right = b.rgba();
-  EXPECT_TRUE(std::equal(left.begin(), left.end(), right.begin(), right.end()))
-      << "largest difference " << compare_images(a, b).max;
-}
 
 }  // namespace psivox::view

@@ -172,12 +172,11 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
           n, {std::countr_zero(part.x), std::countr_zero(part.y), std::countr_zero(part.z)},
           {std::bit_width(part.x) - 1, std::bit_width(part.y) - 1, std::bit_width(part.z) - 1});
   }
-  const float infinity = std::numeric_limits<float>::infinity();
   found.least = std::isinf(greatest) ? 0 : float(least);  // it will be another value
   if (double(found.least) > double(least)) found.least = std::nextafter(found.least, 0.0f);
   found.greatest = float(greatest);
   if (double(found.greatest) < double(greatest))
-    found.greatest = std::nextafter(found.greatest, infinity);
+    found.greatest = std::nextafter(found.greatest, std::numeric_limits<float>::infinity());
   return found;
 }
 
