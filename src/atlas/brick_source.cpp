@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <glm/vector_relational.hpp>
+#include <limits>
 #include <string>
 
 #include "atlas/block_map.h"
@@ -80,8 +82,7 @@ void BrickSource::gather(const Neighbours& from, float* values) const {
 
 bool BrickSource::alike(const glm::ivec3& first, int level) const {
   for (int i = 0; i < 8; ++i) {
-    // below a tile at the least integer it wraps to where no field has values
-    const glm::ivec3 voxel(8u * glm::uvec3(first + cube_corner(i)));
+    const glm::ivec3 voxel = 8 * (first + cube_corner(i));
     const int width = FieldIndex::widths[std::size_t(level)];
     if (index_.holds_narrower(level, FieldIndex::cube_of(voxel, width))) return false;
   }
@@ -92,7 +93,13 @@ std::vector<Piece> BrickSource::candidates() const {
   std::vector<Piece> result;
   result.reserve(field_.leaves.size() * 5 / 4);
   BlockMap seen(field_.leaves.size() + field_.leaves.size() / 2);
+  // below a tile at the least integer no voxel has a place
+  const auto exists = [](const glm::ivec3& first) {
+    constexpr int least = std::numeric_limits<int>::min() / brick_cells;
+    return glm::all(glm::greaterThanEqual(first, glm::ivec3(least)));
+  };
   const auto add = [&](const glm::ivec3& first, int width) {
+    if (!exists(first)) return;
     const auto next = std::int32_t(result.size());
     if (seen.insert(first, next) != next) return;
     if (result.size() == result.capacity()) check_growth(field_, result.size());
@@ -104,6 +111,7 @@ std::vector<Piece> BrickSource::candidates() const {
   // a piece as wide as a level's tiles, or the narrower ones in it
   constexpr auto& widths = FieldIndex::widths;
   const auto add_alike = [&](const auto& self, const glm::ivec3& first, std::size_t level) -> void {
+    if (!exists(first)) return;
     const Piece piece{first, widths[level]};
     if (piece.width == brick_cells || alike(first, int(level))) return add(first, piece.width);
     const Box box = piece.bricks();
