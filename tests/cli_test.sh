@@ -49,6 +49,7 @@ done
 t 0 - render "$S" -o thumbnail --thumbnail 48
 t 0 rms compare thumbnail thumbnail
 t 2 "--thumbnail needs a file" render "$S" --print-scene --thumbnail 48
+t 2 "too short for the float32 numbers along a ray" render "$S" -o a.exr $R --step 1e-9
 t 2 "expected a whole number" render "$S" -o a.png --thumbnail 0
 # A write beyond the limit of a file's size, as of a full disk, leaves the old picture and no other.
 cp a.exr old.exr

@@ -100,7 +100,7 @@ class StudyRun {
   void run() {
     refuse_nothing();
     pictures_.prepare(*pictures_.by_reference, plan_.variants.front());
-    check_texels();
+    check_volume();
     resume();
     for (const char* folder : {pictures_folder, differences_folder})
       make_folder(options_.folder / folder);
@@ -163,15 +163,16 @@ class StudyRun {
                     (plan_.skipped.empty() ? "it is empty" : plan_.skipped.front().reason));
   }
 
-  /// Removes from the plan the variants of a texel type that cannot hold the values.
-  void check_texels() {
-    std::map<TexelType, std::string> reasons;  // to refuse it; empty: none
+  /// Removes from the plan the variants that the volume refuses: of a texel type that cannot hold
+  /// its values, or of a step too short to cross it.
+  void check_volume() {
+    std::map<std::pair<TexelType, double>, std::string> reasons;  // to refuse it; empty: none
     std::erase_if(plan_.variants, [&](const Variant& variant) {
-      const auto [reason, is_new] = reasons.try_emplace(variant.texel);
+      const auto [reason, is_new] = reasons.try_emplace({variant.texel, variant.method.step});
       try {
         if (is_new) pictures_.prepare(*pictures_.gpu, variant);
       } catch (const Error& error) {
-        if (error.code() != ExitCode::input) throw;
+        if (error.code() != ExitCode::input && error.code() != ExitCode::usage) throw;
         reason->second = error.what();
       }
       if (!reason->second.empty()) plan_.skipped.push_back({variant, reason->second});
