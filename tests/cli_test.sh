@@ -501,6 +501,15 @@ t 0 "the picture is empty: --clip-plane leaves nothing" render "$S" -o a.png $r 
 t 0 "the picture is empty: --slice does not meet the volume" render "$S" -o a.png $r --mode slice \
   --slice z=50
 t 0 "the picture is empty: no value of grid 'density'" render "$S" -o a.png $r --opacity 0:0,1:0 --look plain
+# Values near the ends of float32: large ones are framed, small ones are missed, which is said.
+for value in 1e37 1e-38; do
+  printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 6 6 6\nencoding: ascii\n\n' >$value.nrrd
+  printf "$value %.0s" {1..216} >>$value.nrrd
+done
+t 0 - render 1e37.nrrd -o a.exr $R
+t 0 "the picture is empty: the values of grid 'image', which go from 0 to 1e-38, are too small" \
+  render 1e-38.nrrd -o a.exr $r --look plain
+t 0 ", above --tolerance 0.001: the values of grid" render 1e-38.nrrd -o a.exr $r
 t 0 "the picture is black: --luminance-scale is 0" render "$S" -o a.png $r --luminance-grid density \
   --luminance-scale 0
 t 0 "the picture is empty: --range begins at 5, not below" render "$S" -o a.png $r --mode mip --range 5,6

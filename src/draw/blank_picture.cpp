@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/text.h"
+#include "draw/picture.h"
 #include "field/index_space.h"
 #include "field/value_range.h"
 #include "image/srgb_codes.h"
@@ -88,6 +89,7 @@ std::string why_empty(const View& view) {
   const Medium& medium = view.medium;
   const Scene& scene = view.scene;
   const glm::dvec2 values = stored_range(*medium.density);
+  if (std::string lost = why_lost(view); !lost.empty()) return lost;
   if (scene.shows(Shows::surface)) {
     const double isovalue = scene.isovalue.value_or(0);
     const double of_field = field_isovalue(isovalue, *medium.density);
@@ -188,6 +190,16 @@ std::string why_alike(const Scene& scene, const Seen& seen) {
 }
 
 }  // namespace
+
+std::string why_lost(const View& view) {
+  const glm::dvec2 values = stored_range(*view.medium.density);
+  const double greatest = std::max(-values.x, values.y);
+  constexpr double least_kept = 1e-35, most_kept = 1e37;
+  if (greatest == 0 || (greatest >= least_kept && greatest <= most_kept)) return {};
+  return "the values of " + grid_text(view) +
+         (greatest > 1 ? ", are too large for float32; --range MIN,MAX draws those that matter"
+                       : ", are too small for float32; store the grid in another unit");
+}
 
 std::string blank_reason(const View& view, const Image& image) {
   const Seen seen = what_is_seen(view.scene, image);

@@ -84,7 +84,7 @@ struct CellLattice {
 /// The voxels of a leaf, inside the domain, that weigh more than 0, by the leaf's parts.
 struct LeafWeights {
   float least = 0, greatest = 0;           ///< bounds of their weights
-  std::array<float, 8> amounts{};          ///< sums of the weights of each part
+  std::array<float, 8> amounts{};          ///< sums of the weights of each part, over 512
   std::array<std::uint32_t, 8> corners{};  ///< of each part's box in the leaf, three bits each
 
   glm::ivec3 low(std::size_t part) const { return corner(corners[part]); }
@@ -162,7 +162,7 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
   LeafWeights found;
   if (!(greatest > 0)) return found;
   for (std::size_t n = 0; n < parts.size(); ++n) {
-    found.amounts[n] = float(parts[n].amount);
+    found.amounts[n] = float(parts[n].amount / 512);  // no more than the greatest weight
     if (parts[n].amount > 0) found.set_box(n, parts[n].low, parts[n].high);
   }
   const float infinity = std::numeric_limits<float>::infinity();
