@@ -412,6 +412,7 @@ t 7 - compare a.exr d.exr --max-rms 1e-9
 t 7 "diff  'diff.png': full colour from" compare d.exr a.exr --diff diff.png --max-rms 1e-9
 t 0 rms compare diff.png diff.png
 t 2 "use .exr, .png" compare a.exr d.exr --diff diff.bmp
+t 2 "the numbers have the standard output" compare a.exr d.exr --diff -
 t 3 - compare a.exr nope.exr
 t 2 - compare a.exr b.exr --max-rsm 1
 t 0 "all passed" verify
