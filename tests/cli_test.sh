@@ -69,6 +69,12 @@ t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
 t 0 "isovalue 0.504, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
 t 0 "--isovalue=0.50390625, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32 -v
 t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
+t 0 "look colors" render "$S" -o a.exr --resolution 32x32 --grid color
+t 0 "look vectors" render "$S" -o a.exr --resolution 32x32 --grid color --colormap hot
+# A scene by a pipe draws the same.
+t 0 - render "$S" -o a.exr $R --azimuth 20
+"$program" render "$S" $R --azimuth 20 --print-scene | "$program" render --scene - -o b.exr -q
+t 0 rms compare a.exr b.exr --max-abs 1e-30
 t 3 "it has 'temperature' 'color' 'density'" render "$S" -o a.exr --grid temp
 edge=$assets/../../shared/data/edge
 if [ -d "$edge" ]; then
