@@ -60,6 +60,10 @@ for points in 0 3 7; do
     fail "killed after $points points and resumed: another CSV"
 done
 
+# Lists of a value that is none, and of nothing.
+run 2 "--steps: 'auto' is no value to study" "${sweep[@]}" -o none --steps auto
+run 2 "--steps is empty" "${sweep[@]}" -o none --steps ""
+
 # Ctrl-C leaves whole files, a report of the finished points, and exit code 130. (A shell's
 # background jobs ignore SIGINT unless job control is on.)
 set -m
