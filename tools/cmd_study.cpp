@@ -137,6 +137,7 @@ bool parse(StudyCall& call, Arguments arguments) {
   call.scene.add_to(line, without);
   if (!line.read(arguments)) return false;
   if (call.output.empty() && call.camera_for.empty()) usage("--output is required");
+  if (call.output == "-") usage("a study is a folder; give -o DIR");
   if (!call.sequence.inputs.empty()) call.scene.set("input", call.sequence.inputs.front());
   return true;
 }

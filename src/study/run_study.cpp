@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "field/leaf_values.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
@@ -109,6 +110,7 @@ class StudyRun {
     if (!fs::exists(options_.folder / results_name)) save();
     for (const Variant& variant : plan_.variants) pictures_.reference(variant);
     base_.reference_bound = pictures_.reference_bound;
+    say_blank();
     for (const ForeignPicture& foreign : options_.foreign)
       base_.foreign.push_back(pictures_.compare(foreign));
     save();
@@ -199,6 +201,13 @@ class StudyRun {
       const auto at = std::find(plan_.variants.begin(), plan_.variants.end(), point.variant);
       points_[std::size_t(at - plan_.variants.begin())] = point;
     }
+  }
+
+  /// Says why there is nothing in the picture, if that is so.
+  void say_blank() {
+    const std::string reason =
+        blank_reason(pictures_.view(), pictures_.reference(plan_.variants.front()));
+    if (options_.say && !reason.empty()) options_.say(reason);
   }
 
   /// Says how long a new study takes.
