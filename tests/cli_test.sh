@@ -517,6 +517,8 @@ t 0 - render 1e37.nrrd -o a.exr $R
 t 0 "the picture is empty: the values of grid 'image', which go from 0 to 1e-38, are too small" \
   render 1e-38.nrrd -o a.exr $r --look plain
 t 0 ", above --tolerance 0.001: the values of grid" render 1e-38.nrrd -o a.exr $r
+echo '{"points": [{"value": 0, "attenuation": 0}, {"value": 1, "attenuation": 1e-320}]}' >faint.json
+t 3 "give the transfer function larger ones" render "$S" -o a.exr $R --transfer-function faint.json
 t 0 "the picture is black: --luminance-scale is 0" render "$S" -o a.png $r --luminance-grid density \
   --luminance-scale 0
 t 0 "the picture is empty: --range begins at 5, not below" render "$S" -o a.png $r --mode mip --range 5,6
