@@ -502,6 +502,8 @@ t 0 "the picture is black: its brightest light is 9.8e-07; --exposure auto" rend
   --luminance 1e-6,0,0
 t 0 "the picture shows only its background: what is seen is as bright as --background 1,1,1" \
   render "$S" -o a.png $r --background white --look plain
+t 0 "the picture shows only its background: --exposure 20 makes all of it white" render "$S" -o a.png $r \
+  --exposure 20
 t 0 "the picture is empty: --clip leaves nothing of the volume, which lies from" render "$S" -o a.png $r \
   --clip 50,50,50,60,60,60
 t 0 "the picture is empty: --clip-plane leaves nothing" render "$S" -o a.png $r --clip-plane x=50

@@ -185,6 +185,10 @@ std::string why_alike(const Scene& scene, const Seen& seen) {
   const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0)).color;
   const double brightest = std::max({behind.x, behind.y, behind.z});
   if (brightest <= least_light || seen.opacity <= least_light) return {};
+  const double exposure = scene.exposure.value_or(0), shown = brightest * std::exp2(exposure);
+  if (exposure != 0 && (shown >= 1 || shown <= least_light))
+    return "--exposure " + number_text(exposure) + " makes all of it " +
+           (shown >= 1 ? "white" : "black") + "; --exposure auto shows it";
   return "what is seen is as bright as --background " + short_text(behind) +
          (brightest > 0.2 ? "; --background black shows it" : "; --background white shows it");
 }
