@@ -81,8 +81,8 @@ double turn_bound(const MarchSetup& setup, double finest_step) {
 }
 
 void check_step(const View& view) {
-  if (view.scene.resolved_sampling() != Sampling::uniform) return;
   const Field& density = *view.medium.density;
+  if (view.scene.resolved_sampling() != Sampling::uniform || density.active_box.empty()) return;
   const Box domain = density.domain();
   // A ray's times are up to about this far from 0, which is beside the domain's middle or at the
   // eye.
