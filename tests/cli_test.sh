@@ -49,6 +49,7 @@ done
 t 0 - render "$S" -o thumbnail --thumbnail 48
 t 0 rms compare thumbnail thumbnail
 t 2 "--thumbnail needs a file" render "$S" --print-scene --thumbnail 48
+t 2 "too short for the float32 numbers along a ray" render "$S" -o a.exr $R --step 1e-9
 t 2 "expected a whole number" render "$S" -o a.png --thumbnail 0
 # A write beyond the limit of a file's size, as of a full disk, leaves the old picture and no other.
 cp a.exr old.exr
@@ -68,6 +69,12 @@ t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
 t 0 "isovalue 0.504, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
 t 0 "--isovalue=0.50390625, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32 -v
 t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
+t 0 "look colors" render "$S" -o a.exr --resolution 32x32 --grid color
+t 0 "look vectors" render "$S" -o a.exr --resolution 32x32 --grid color --colormap hot
+# A scene by a pipe draws the same.
+t 0 - render "$S" -o a.exr $R --azimuth 20
+"$program" render "$S" $R --azimuth 20 --print-scene | "$program" render --scene - -o b.exr -q
+t 0 rms compare a.exr b.exr --max-abs 1e-30
 t 3 "it has 'temperature' 'color' 'density'" render "$S" -o a.exr --grid temp
 edge=$assets/../../shared/data/edge
 if [ -d "$edge" ]; then
@@ -411,6 +418,7 @@ t 7 - compare a.exr d.exr --max-rms 1e-9
 t 7 "diff  'diff.png': full colour from" compare d.exr a.exr --diff diff.png --max-rms 1e-9
 t 0 rms compare diff.png diff.png
 t 2 "use .exr, .png" compare a.exr d.exr --diff diff.bmp
+t 2 "the numbers have the standard output" compare a.exr d.exr --diff -
 t 3 - compare a.exr nope.exr
 t 2 - compare a.exr b.exr --max-rsm 1
 t 0 "all passed" verify
@@ -494,12 +502,25 @@ t 0 "the picture is black: its brightest light is 9.8e-07; --exposure auto" rend
   --luminance 1e-6,0,0
 t 0 "the picture shows only its background: what is seen is as bright as --background 1,1,1" \
   render "$S" -o a.png $r --background white --look plain
+t 0 "the picture shows only its background: --exposure 20 makes all of it white" render "$S" -o a.png $r \
+  --exposure 20
 t 0 "the picture is empty: --clip leaves nothing of the volume, which lies from" render "$S" -o a.png $r \
   --clip 50,50,50,60,60,60
 t 0 "the picture is empty: --clip-plane leaves nothing" render "$S" -o a.png $r --clip-plane x=50
 t 0 "the picture is empty: --slice does not meet the volume" render "$S" -o a.png $r --mode slice \
   --slice z=50
 t 0 "the picture is empty: no value of grid 'density'" render "$S" -o a.png $r --opacity 0:0,1:0 --look plain
+# Values near the ends of float32: large ones are framed, small ones are missed, which is said.
+for value in 1e37 1e-38; do
+  printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 6 6 6\nencoding: ascii\n\n' >$value.nrrd
+  printf "$value %.0s" {1..216} >>$value.nrrd
+done
+t 0 - render 1e37.nrrd -o a.exr $R
+t 0 "the picture is empty: the values of grid 'image', which go from 0 to 1e-38, are too small" \
+  render 1e-38.nrrd -o a.exr $r --look plain
+t 0 ", above --tolerance 0.001: the values of grid" render 1e-38.nrrd -o a.exr $r
+echo '{"points": [{"value": 0, "attenuation": 0}, {"value": 1, "attenuation": 1e-320}]}' >faint.json
+t 3 "give the transfer function larger ones" render "$S" -o a.exr $R --transfer-function faint.json
 t 0 "the picture is black: --luminance-scale is 0" render "$S" -o a.png $r --luminance-grid density \
   --luminance-scale 0
 t 0 "the picture is empty: --range begins at 5, not below" render "$S" -o a.png $r --mode mip --range 5,6

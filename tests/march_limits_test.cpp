@@ -137,6 +137,26 @@ TEST_F(MarchLimits, StepsBeyondTheDriversLoopLimit) {
   }
 }
 
+TEST_F(MarchLimits, TheShortestStepMovesEveryRay) {
+  Scene scene = looking(small_scene(2), {-30, 1.1, 0.9}, {0, 1.1, 0.9}, 2.2);
+  scene.extinction = 0.03;
+  const auto field = share(
+      make_field({{0, 0, 0}, {59, 2, 2}}, [](glm::ivec3 v) { return 0.5f + 0.5f * noise(v); }));
+  const glm::dvec3 size(field->domain().max - field->domain().min);
+  const double least = glm::length(size) / (1 << 24);
+  const auto refusal = [&](double step) {
+    return usage_error(
+        [&] { check_step(view_of(with(scene, Integrator::midpoint, step), field)); });
+  };
+  EXPECT_NE(refusal(0.99 * least).find("too short for the float32 numbers"), std::string::npos);
+  EXPECT_EQ(refusal(least), "no error");
+  const View view = view_of(with(scene, Integrator::midpoint, least), field);
+  const RenderResult gpu = render_gl(view, build_medium_atlas(view));
+  EXPECT_EQ(gpu.stats.stuck, 0u);
+  expect_content(gpu.image, 0.3, 0.95);
+  EXPECT_LE(difference("2^24 steps", gpu.image, render_reference(view).image).max, 1e-3);
+}
+
 // --- tables and buffers --------------------------------------------------------------------------
 
 TEST_F(MarchLimits, ManyTexelBuffersAreOneAndTheHostsArray) {

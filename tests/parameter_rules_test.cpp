@@ -77,7 +77,9 @@ TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
   EXPECT_EQ(error({{"temperature-grid", "a"}, map}),
             "--colormap and --temperature-grid exclude each other; leave one of them out");
   EXPECT_EQ(error({{"temperature-grid", "a"}, function}), "no error");  // it may lack colours
-  EXPECT_EQ(error({{"light", "0,0,0"}}), "--light 0,0,0 has no direction");
+  EXPECT_EQ(error({{"light", "0,0,0"}}), "--light has no direction: it is 0");
+  // too short to be normalised
+  EXPECT_EQ(error({{"light", "1e-200,0,0"}}), "--light has no direction: it is 0");
   EXPECT_EQ(error({{"albedo", "0.5"}, {"phase-g", "0.5"}}), "no error");
   EXPECT_EQ(error({{"isovalue", "1"}}),
             "--isovalue is for --mode isosurface; give both or neither");

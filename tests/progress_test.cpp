@@ -35,5 +35,23 @@ TEST(ProgressMarks, WorkOfAMinuteSaysItsTenths) {
   EXPECT_EQ(lines, 11);  // the first after 2 s, then tenths
 }
 
+TEST(TimeLeft, IsSaidAfterTenSecondsHoweverLittleIsDone) {
+  EXPECT_EQ(TimeLeft().text(0.01, 5), "");
+  EXPECT_EQ(TimeLeft().text(0.01, 10), ", 16:30 left");
+  EXPECT_EQ(TimeLeft().text(0.001, 10), ", 2:46:30 left");
+  EXPECT_EQ(TimeLeft().text(1e-5, 10), ", 12 days left");
+  EXPECT_EQ(TimeLeft().text(0, 1000), "");
+}
+
+TEST(TimeLeft, IsThatOfTheStage) {
+  TimeLeft left;
+  for (int s = 1; s <= 10; ++s) left.text(0.05 * s, s);  // light
+  std::string text;
+  for (int s = 11; s <= 40; ++s) text = left.text(0.5, s);
+  EXPECT_EQ(text, "");  // the march's first tile
+  for (int s = 41; s <= 150; ++s) text = left.text(0.5 + 0.001 * (s - 40), s);
+  EXPECT_EQ(text, ", 6:30 left");
+}
+
 }  // namespace
 }  // namespace psivox

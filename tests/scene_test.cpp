@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <random>
 #include <string>
 #include <utility>
@@ -216,6 +217,9 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
             "psi-fit or psi-table or linear-source or cell-exact or preintegrated or "
             "preintegrated-fast; did you mean psi-weighted?");
   EXPECT_EQ(refusal("strict", "yes"), "--strict 'yes': expected true or false");
+  EXPECT_EQ(refusal("scale", "1e39"),
+            "--scale '1e39': expected a number above 0; numbers go up to 3.4e38");
+  EXPECT_NE(refusal("light", "1,0,0,-1e39,1,1").find("; numbers go up to"), std::string::npos);
   EXPECT_EQ(refusal("setp", "1"), "unknown parameter 'setp'; did you mean step?");
   EXPECT_EQ(refusal("qqqqqq", "1"), "unknown parameter 'qqqqqq'");
   EXPECT_EQ(refusal("strict", "1\n2"), "--strict '1\\x0a2': expected true or false");
@@ -258,7 +262,7 @@ TEST(Json, RoundTripsEveryBit) {
   const auto number = [&] {
     for (;;) {
       const double value = std::bit_cast<double>(random());
-      if (std::isfinite(value)) return std::abs(value);
+      if (std::abs(value) <= std::numeric_limits<float>::max()) return std::abs(value);
     }
   };
   for (int i = 0; i < 2000; ++i) {
@@ -344,6 +348,8 @@ TEST(Json, RefusesWithTheSourcesName) {
   EXPECT_EQ(error("{").find("a.json: not a scene in JSON: "), 0u);
   EXPECT_EQ(error("").find("a.json: not a scene in JSON: "), 0u);
   EXPECT_EQ(error(R"({"grid": 5})"), "a.json: grid: expected a string");
+  EXPECT_EQ(error(R"({"volumes": [1]})"),
+            "a.json: volumes: expected a string or an array of strings");
   for (const char* bad :
        {R"({"camera-up": [1,2]})", R"({"camera-up": [1,2,[3]]})", R"({"camera-up": {"x":1}})",
         R"({"camera-up": ["0","1","0"]})", R"({"step": null})", R"({"step": [1]})",

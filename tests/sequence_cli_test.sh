@@ -166,6 +166,10 @@ echo '{"keys": [{"frame": 1, "position": [0.5,1,6], "target": [0.5,1,0.5]},
 run 0 "3 frames" in/plume.0006.vdb -o out/p.#.png "${small[@]}" --camera-path path.json
 grep -q '6.0,' <(scene_of out/p.3.png | tr -d ' \n' | grep -o '"camera-position":\[[^]]*\]') ||
   fail "camera path: $(scene_of out/p.3.png | grep -A3 camera-position)"
+for key in '"fov": 500' '"up": [0,0,0]' '"position": [1,2,3,4]'; do
+  echo "{\"keys\": [{\"frame\": 1}, {\"frame\": 3, $key}]}" >bad.json
+  run 3 "camera path 'bad.json': " in/plume.0006.vdb -o out/b.#.png "${small[@]}" --camera-path bad.json
+done
 run 0 "6 frames" $pattern -o out/f.#.png "${small[@]}" --follow
 [ "$(for i in 1 6; do scene_of out/f.$i.png | tr -d ' \n' | grep -o '"camera-target":\[[^]]*\]'; done | sort -u | wc -l)" = 2 ] ||
   fail "--follow: the camera stays"

@@ -60,6 +60,13 @@ for points in 0 3 7; do
     fail "killed after $points points and resumed: another CSV"
 done
 
+# Lists of a value that is none, and of nothing.
+run 2 "--steps: 'auto' is no value to study" "${sweep[@]}" -o none --steps auto
+run 2 "--steps is empty" "${sweep[@]}" -o none --steps ""
+run 2 "give -o DIR" "${sweep[@]}" -o -
+run 0 "the picture is empty: --extinction is 0" "$assets/blobs.vdb" -o empty --resolution 8x8 \
+  --look plain --extinction 0 --integrators midpoint --samplings uniform --steps 1 --repeats 1
+
 # Ctrl-C leaves whole files, a report of the finished points, and exit code 130. (A shell's
 # background jobs ignore SIGINT unless job control is on.)
 set -m
@@ -79,6 +86,20 @@ grep -q -- "--resume" stopped.txt || fail "interrupted: no word of --resume"
 if compgen -G 'stopped/.*' | grep -vE '/\.{1,2}$'; then fail "interrupted: half-written files"; fi
 run 0 "" "${sweep[@]}" -o stopped --resume
 diff <(numbers whole) <(numbers stopped) >/dev/null || fail "interrupted and resumed: another CSV"
+
+# SIGTERM ends it at once, with whole files.
+"$program" study "${sweep[@]}" -o ended &
+pid=$!
+for _ in $(seq 600); do
+  [ "$(rows ended)" -ge 1 ] && break
+  sleep 0.05
+done
+kill -TERM $pid
+wait $pid
+code=$?
+[ $code -eq 143 ] || fail "SIGTERM: exit $code"
+if compgen -G 'ended/.psivox*'; then fail "SIGTERM: half-written files"; fi
+run 0 "" "${sweep[@]}" -o ended --resume
 
 # --- a study file, and refused options -----------------------------------------------------------
 cat >study.json <<EOF

@@ -44,6 +44,7 @@ void compare_command(Arguments arguments) {
   const WrittenFile written[] = {{"--diff", diff}};
   const std::string read[] = {a, b};
   check_overwriting(written, read);
+  if (is_standard_output(diff)) usage("--diff needs a file: the numbers have the standard output");
   if (!diff.empty()) check_writable(diff);
   const Image image_a = read_image(a), image_b = read_image(b);
   const Comparison difference = compare_images(image_a, image_b);
@@ -59,15 +60,16 @@ void compare_command(Arguments arguments) {
     write_image(difference_picture(image_a, image_b, scale), diff);
     std::cout << "diff  " << in_quotes(diff) << ": full colour from " << number(scale) << " on\n";
   }
-  if (difference.not_finite) std::cout << "NaN or Inf in " << difference.not_finite << " pixels\n";
+  const std::string not_finite = formatted("NaN or Inf in %zu pixel%s", difference.not_finite,
+                                           difference.not_finite == 1 ? "" : "s");
+  if (difference.not_finite) std::cout << not_finite << '\n';
 
   // Negated, so that NaN exceeds every limit.
   const auto demand = [](bool within, const std::string& what) {
     if (!within) throw Error(ExitCode::verification, what);
   };
   if (!max_rms && !max_abs) return;
-  demand(difference.not_finite == 0,
-         "the pictures have NaN or Inf in " + std::to_string(difference.not_finite) + " pixels");
+  demand(difference.not_finite == 0, "the pictures have " + not_finite);
   demand(!max_rms || difference.rms <= *max_rms,
          "RMS " + number(difference.rms) + " is above --max-rms " + number_text(*max_rms));
   demand(!max_abs || difference.max <= *max_abs,

@@ -73,7 +73,7 @@ StudyFile read_study_file(const std::string& path) {
 struct StudyCall {
   SceneOptions scene;
   FrameOptions sequence;
-  std::map<std::string, std::string> lists;  ///< the sweep's lists, as given
+  std::map<std::string, std::optional<std::string>> lists;  ///< the sweep's, as given
   std::string output, file, camera_for, peers;
   std::vector<std::string> added;  ///< NAME=PICTURE[,TIME_MS]
   std::optional<int> repeats;
@@ -137,6 +137,7 @@ bool parse(StudyCall& call, Arguments arguments) {
   call.scene.add_to(line, without);
   if (!line.read(arguments)) return false;
   if (call.output.empty() && call.camera_for.empty()) usage("--output is required");
+  if (call.output == "-") usage("a study is a folder; give -o DIR");
   if (!call.sequence.inputs.empty()) call.scene.set("input", call.sequence.inputs.front());
   return true;
 }
@@ -146,7 +147,7 @@ StudyOptions options_of(const StudyCall& call, const StudyFile& file) {
   options.folder = call.output;
   options.sweep = file.sweep;
   for (const auto& [name, text] : call.lists)
-    if (!text.empty()) set_sweep(options.sweep, name, text);
+    if (text) set_sweep(options.sweep, name, *text);
   if (file.repeats) options.repeats = file.repeats;
   if (call.repeats) options.repeats = *call.repeats;
   options.split = !call.no_split;

@@ -191,9 +191,10 @@ bool file_z_is_up(const Scene& scene) {
 
 void SceneOptions::add_to(CommandLine& line, const std::vector<std::string>& without) {
   line.begin_group(group_name(ParameterGroup::input));
-  line.add_value("--scene", file_, "FILE",
-                 "read parameters from a .json, or from a picture that psivox wrote; the command "
-                 "line overrides them");
+  line.add_value(
+      "--scene", file_, "FILE",
+      "read parameters from a .json, or from a picture that psivox wrote; - is the standard "
+      "input. The command line overrides them");
   line.add_trust();
   line.begin_group(group_name(ParameterGroup::camera));
   line.add_value("--camera", camera_, "FILE[:NAME]",

@@ -3,7 +3,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
 #include <utility>
 
@@ -14,16 +13,6 @@ namespace psivox {
 namespace {
 
 constexpr int bar_width = 40;
-
-/// ", 3:05 left", once enough work is done to estimate it.
-std::string time_left(double fraction, double passed_s) {
-  if (fraction < 0.02 || passed_s < 2) return "";
-  const double left_s = passed_s * (1 - fraction) / fraction;
-  const auto seconds = int(std::lround(std::min(left_s, 359999.0)));
-  if (seconds >= 3600)
-    return formatted(", %d:%02d:%02d left", seconds / 3600, seconds / 60 % 60, seconds % 60);
-  return formatted(", %d:%02d left", seconds / 60, seconds % 60);
-}
 
 }  // namespace
 
@@ -97,14 +86,15 @@ void ProgressBar::say(const std::string& notice) {
 Progress ProgressBar::progress() {
   if (quiet_) return {};
   start_ = std::chrono::steady_clock::now();
+  left_ = {};
   return [this](double fraction) { show(fraction); };
 }
 
 void ProgressBar::show(double fraction) {
   fraction = std::clamp(fraction, 0.0, 1.0);
   const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
+  const std::string left = left_.text(fraction, passed.count());
   if (!marks_.passes(fraction, passed.count())) return;
-  const std::string left = time_left(fraction, passed.count());
   const int percent = int(fraction * 100);
   if (!terminal_) {
     return print_notice(formatted("%d %%%s", percent, left.c_str()));

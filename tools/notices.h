@@ -1,9 +1,12 @@
 #pragma once
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <span>
 #include <string>
 
+#include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
 
@@ -49,6 +52,36 @@ class ProgressMarks {
   double shown_s_ = 0;
 };
 
+/// Estimates the time that work still takes by its rate in the last half of the time, or more: a
+/// picture's light and its march have rates of their own.
+class TimeLeft {
+ public:
+  /// ", 3:05 left", once there is an estimate; until then nothing. Times count from the start.
+  std::string text(double fraction, double passed_s) {
+    if (passed_s >= 2 * middle_.passed_s) {
+      since_ = middle_;
+      middle_ = {fraction, passed_s};
+    }
+    const double gained = fraction - since_.fraction;
+    const bool early = gained < 0.02 && passed_s < 10;
+    if (early || gained <= 0 || passed_s < 2) return "";
+    const double left_s = (passed_s - since_.passed_s) * (1 - fraction) / gained;
+    constexpr double day_s = 24 * 3600, most_days = 9999;
+    if (left_s >= 4 * day_s)
+      return formatted(", %d days left", int(std::lround(std::min(left_s / day_s, most_days))));
+    const auto seconds = int(std::lround(left_s));
+    if (seconds >= 3600)
+      return formatted(", %d:%02d:%02d left", seconds / 3600, seconds / 60 % 60, seconds % 60);
+    return formatted(", %d:%02d left", seconds / 60, seconds % 60);
+  }
+
+ private:
+  struct Mark {
+    double fraction = 0, passed_s = 0;
+  };
+  Mark since_, middle_;  ///< `since_` is in the first half of the time
+};
+
 /// Shows progress on stderr with the time left: a bar on a terminal; elsewhere a line for every
 /// tenth or every ten seconds. Work that is done in a moment shows nothing.
 class ProgressBar {
@@ -73,6 +106,7 @@ class ProgressBar {
   bool quiet_;
   bool terminal_;
   ProgressMarks marks_;
+  TimeLeft left_;
   bool drawn_ = false;
 };
 

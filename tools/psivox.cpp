@@ -8,6 +8,7 @@
 #include <csignal>
 #include <cstdio>
 #include <exception>
+#include <initializer_list>
 #include <iostream>
 #include <new>
 #include <string>
@@ -45,13 +46,13 @@ void hold_closed_streams() {
 /// From now on a write beyond the limit of a file's size fails, and does not end the process.
 void report_failed_writes() { std::signal(SIGXFSZ, SIG_IGN); }
 
-/// From now on SIGINT, SIGTERM and SIGHUP end the process at once with 128 plus their number, and
-/// without unfinished files: outputs that were begun are removed, or complete. To be called before
-/// other threads start.
-void end_cleanly_on_signals() {
+/// From now on these signals end the process at once with 128 plus their number, and without
+/// unfinished files: outputs that were begun are removed, or complete. To be called before other
+/// threads start.
+void end_cleanly_on(std::initializer_list<int> signals) {
   static sigset_t ends;
   sigemptyset(&ends);
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+  for (const int number : signals) {
     struct sigaction action {};
     sigaction(number, nullptr, &action);
     if (action.sa_handler != SIG_IGN) sigaddset(&ends, number);  // as of nohup
@@ -145,8 +146,11 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
     known.emplace_back(command.name);
     if (name != command.name) continue;
     who += " " + name;
-    // a study keeps what it has measured, and a window ends as the system does it
-    if (name == "render") end_cleanly_on_signals();
+    // a study ends itself on SIGINT, and the system ends a window
+    if (name == "study")
+      end_cleanly_on({SIGTERM, SIGHUP});
+    else if (name != "view")
+      end_cleanly_on({SIGINT, SIGTERM, SIGHUP});
     return command.run(Arguments(arguments).subspan(1));
   }
   if (name.ends_with(".vdb") || name.ends_with(".nvdb"))

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/text.h"
+#include "draw/picture.h"
 #include "field/index_space.h"
 #include "field/lane_range.h"
 #include "field/value_range.h"
@@ -89,6 +90,7 @@ std::string why_empty(const View& view) {
   const Medium& medium = view.medium;
   const Scene& scene = view.scene;
   const glm::dvec2 values = stored_range(*medium.density);
+  if (std::string lost = why_lost(view); !lost.empty()) return lost;
   if (scene.shows(Shows::surface)) {
     const double isovalue = scene.isovalue.value_or(0);
     const double of_field = field_isovalue(isovalue, *medium.density);
@@ -184,11 +186,25 @@ std::string why_alike(const Scene& scene, const Seen& seen) {
   const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0)).color;
   const double brightest = std::max({behind.x, behind.y, behind.z});
   if (brightest <= least_light || seen.opacity <= least_light) return {};
+  const double exposure = scene.exposure.value_or(0), shown = brightest * std::exp2(exposure);
+  if (exposure != 0 && (shown >= 1 || shown <= least_light))
+    return "--exposure " + number_text(exposure) + " makes all of it " +
+           (shown >= 1 ? "white" : "black") + "; --exposure auto shows it";
   return "what is seen is as bright as --background " + short_text(behind) +
          (brightest > 0.2 ? "; --background black shows it" : "; --background white shows it");
 }
 
 }  // namespace
+
+std::string why_lost(const View& view) {
+  const glm::dvec2 values = stored_range(*view.medium.density);
+  const double greatest = std::max(-values.x, values.y);
+  constexpr double least_kept = 1e-35, most_kept = 1e37;
+  if (greatest == 0 || (greatest >= least_kept && greatest <= most_kept)) return {};
+  return "the values of " + grid_text(view) +
+         (greatest > 1 ? ", are too large for float32; --range MIN,MAX draws those that matter"
+                       : ", are too small for float32; store the grid in another unit");
+}
 
 std::string blank_reason(const View& view, const Image& image) {
   const Seen seen = what_is_seen(view.scene, image);

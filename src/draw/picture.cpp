@@ -119,9 +119,12 @@ void Picture::confirm_plan() {
         "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can "
         "be",
         expected_rms_, *tolerance));
-  else if (rms > *tolerance)
-    drawn_.notices.push_back(formatted(
-        "the error is %.2g, above --tolerance %.2g, by the device's arithmetic", rms, *tolerance));
+  else if (rms > *tolerance) {
+    const std::string lost = why_lost(view_);
+    drawn_.notices.push_back(
+        formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
+        (lost.empty() ? ", by the device's arithmetic" : ": " + lost));
+  }
   if (rms > *tolerance) plan_->reached = false;
 }
 

@@ -46,6 +46,10 @@ class Picture {
   Drawn drawn_;
 };
 
+/// Why float32 loses the density's values in products with extinctions and lengths; empty if it
+/// keeps them.
+std::string why_lost(const View& view);
+
 /// Throws Error(usage) or Error(memory) if the scene's picture cannot be deep. A look may have set
 /// another mode since the scene was checked.
 void check_deep(const Scene& scene, const PartMarcher& parts);

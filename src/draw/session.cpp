@@ -7,6 +7,7 @@
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
 #include "image/scene_pictures.h"
+#include "march/march_parameters.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/cuts.h"
@@ -75,6 +76,7 @@ View Session::Impl::viewed(const Wish& wish) {
   if (!result.scene.holdout.empty()) result.holdout = holdout.of(result.scene);
   if (wish.resolution) result.scene.resolution = *wish.resolution;
   if (wish.exact) result = exact_view(result);
+  check_step(result);
   return result;
 }
 

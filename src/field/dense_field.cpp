@@ -35,7 +35,9 @@ DenseField::DenseField(const std::string& name, const glm::ivec3& shape, int cha
                        const glm::dmat4& world_from_index)
     : shape_(shape) {
   if (!has_volume(world_from_index))
-    throw Error(ExitCode::input, "grid " + in_quotes(name) + " has voxels without a volume");
+    throw Error(ExitCode::input, "grid " + in_quotes(name) +
+                                     " has a transform that is singular, not finite or beyond "
+                                     "1e75");
   field_.name = name;
   field_.value_type = channels == 3 ? "vec3s" : "float";
   field_.channels = channels;

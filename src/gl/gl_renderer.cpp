@@ -195,13 +195,15 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options) 
   stats.stuck = std::exchange(impl.stuck, 0);
 
   const Stopwatch building;
+  const int turns = setup.parameters.max_turns;
   const gl::MarchProgram& march = impl.program(textures.key(setup));
+  const int passes = 1 + (turns - 1) / setup.parameters.max_turns;
   march.configure(setup);
   const gl::Tables tables(setup.tables);
   setup.tables = {};  // the device has them
   tables.bind(gl::MarchProgram::tables_unit);
   textures.bind(march);
-  gl::PicturePass pass(impl.context, march, view, textures.atlas().density.domain, options);
+  gl::PicturePass pass(impl.context, march, view, textures.atlas().density.domain, options, passes);
   stats.shader_ms = building.ms();
 
   const Stopwatch marching;

@@ -37,6 +37,9 @@ class Readback {
   /// Adds the tile that was read last, if it is not added yet, to the film, and reports it.
   void develop();
 
+  /// Reports the progress so far.
+  void report() const;
+
   /// Rays that stood still before their end, of what was read.
   std::uint64_t stuck() const { return stuck_; }
 
@@ -89,6 +92,10 @@ void Readback::develop() {
   if (tile.sample + 1 < samples_) return;
   pixels_done_ += tile.pixels();
   if (options_.tile) options_.tile({tile.x, tile.y, tile.width, tile.height, film_.picture()});
+  report();
+}
+
+void Readback::report() const {
   if (options_.progress) options_.progress(double(pixels_done_) / all_pixels_);
 }
 
@@ -208,6 +215,13 @@ int largest_side(const PixelBox& pixels, bool resumable) {
   return std::clamp(int(std::bit_ceil(widest)), smallest_side, resumable ? 256 : 1024);
 }
 
+/// Side of the first tile, whose time is not known.
+int first_side(int passes, double wanted_ms) {
+  constexpr int many_passes = 16;
+  if (passes > many_passes) return smallest_side;
+  return passes > 1 || wanted_ms < 100 ? 64 : 512;
+}
+
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
 /// draws wait for each other.
 int next_side(int side, const PixelBox& tile, double tile_ms, double wanted_ms) {
@@ -219,7 +233,7 @@ int next_side(int side, const PixelBox& tile, double tile_ms, double wanted_ms) 
 }  // namespace
 
 PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, const View& view,
-                         const Box& domain, const RenderOptions& options)
+                         const Box& domain, const RenderOptions& options, int passes)
     : context_(context),
       march_(march),
       view_(view),
@@ -228,7 +242,7 @@ PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, c
       drawn_(common(picture_, pixels_of(view, glm::dvec3(domain.min), glm::dvec3(domain.max)))),
       beside_(around(drawn_, picture_)),
       largest_(largest_side(drawn_, march.key().resumable)) {
-  make_target(std::min(march.key().resumable || options.tile_ms < 100 ? 64 : 512, largest_));
+  make_target(std::min(first_side(passes, options.tile_ms), largest_));
   // Drivers compile at the first draw: one pixel, so that the march's time is the march's. It is
   // one that misses the domain, if any does, since all these draw the same.
   target_->bind(0);
@@ -279,7 +293,7 @@ void PicturePass::draw_tile(const PixelBox& tile, Readback& readback, Timer& tim
   for (; exposure.sample < samples; ++exposure.sample) {
     march_.program().set("given.sample_offset",
                          options_.place.value_or(pixel_sample(exposure.sample, samples)));
-    const int passes = draw_passes(exposure, timer);
+    const int passes = draw_passes(exposure, readback, timer);
     stats.passes = std::max(stats.passes, passes);
     readback.develop();  // the tile before, while this one is drawn
     timer.awaited();
@@ -289,10 +303,13 @@ void PicturePass::draw_tile(const PixelBox& tile, Readback& readback, Timer& tim
   }
 }
 
-int PicturePass::draw_passes(const Exposure& tile, Timer& timer) {
+int PicturePass::draw_passes(const Exposure& tile, const Readback& readback, Timer& timer) {
   bool again = false;
   return target_->draw_passes(march_, tile.width, tile.height, [&] {
-    if (std::exchange(again, true)) timer.awaited();
+    if (std::exchange(again, true)) {
+      timer.awaited();
+      readback.report();
+    }
     timer.begin();
     pixels_.run(march_.program(), tile.width, tile.height);
     timer.submitted();

@@ -18,9 +18,10 @@ class Timer;
 /// its whole life.
 class PicturePass {
  public:
-  /// Has the driver compile the program, by a first draw. `domain` is the density's [voxels].
+  /// Has the driver compile the program, by a first draw. `domain` is the density's [voxels],
+  /// `passes` what a ray may need at most.
   PicturePass(const EglContext& context, const MarchProgram& march, const View& view,
-              const Box& domain, const RenderOptions& options);
+              const Box& domain, const RenderOptions& options, int passes);
 
   /// Sets passes, gpu_ms and what the film counts of `stats`.
   Image draw(RenderStats& stats);
@@ -28,7 +29,7 @@ class PicturePass {
  private:
   void draw_tile(const PixelBox& tile, Readback& readback, Timer& timer, RenderStats& stats);
   /// Draws an exposure in as many passes as its rays need; returns their number.
-  int draw_passes(const Exposure& tile, Timer& timer);
+  int draw_passes(const Exposure& tile, const Readback& readback, Timer& timer);
   void make_target(int side);
   bool has_layers() const;
 

@@ -170,7 +170,9 @@ SceneFile read_scene_file(const std::string& path) {
                                      "a .json or a picture that psivox wrote");
   SceneFile file;
   std::string text, old_folder;
-  if (has_picture_extension(path)) {
+  if (path == "-") {
+    text = read_text("/dev/stdin", "scene");
+  } else if (has_picture_extension(path)) {
     std::map<std::string, std::string> metadata = read_metadata(path);
     text = metadata["psivox:scene"];
     old_folder = metadata["psivox:folder"];

@@ -144,7 +144,9 @@ bool is_color(const std::string& grid) {
 
 /// The name of the look that suits vectors, or one of their components.
 std::string look_of_vectors(const Scene& scene, const VectorPart& part, KeptFields& fields) {
-  if (is_color(part.grid) && (scene.grid.empty() || part.part == "length")) return "colors";
+  const bool by_value = gives_any(scene, {"colormap", "range", "opacity"});
+  if (is_color(part.grid) && !by_value && (scene.grid.empty() || part.part == "length"))
+    return "colors";
   if (part.part == "active") return "smoke";
   return is_signed(*fields.of(scene).density) ? "signed" : "vectors";
 }

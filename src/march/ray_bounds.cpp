@@ -1,10 +1,14 @@
 #include "march/march_parameters.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "base/text.h"
+#include "field/index_space.h"
 #include "march/glsl_subset.h"
+#include "psivox/error.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -74,6 +78,22 @@ double turn_bound(const MarchSetup& setup, double finest_step) {
   if (!setup.constants.uniform_sampling) return cell_turns(setup, cells);
   if (setup.constants.template_sampling) return p.template_entries + 2.0;
   return cells + longest_ray(p) / finest_step + 2;
+}
+
+void check_step(const View& view) {
+  const Field& density = *view.medium.density;
+  if (view.scene.resolved_sampling() != Sampling::uniform || density.active_box.empty()) return;
+  const Box domain = density.domain();
+  // A ray's times are up to about this far from 0, which is beside the domain's middle or at the
+  // eye.
+  const double farthest =
+      diagonal_of(density, domain.max - domain.min) / finest_voxel(density);  // [voxels]
+  const double least = std::ldexp(farthest, -24);
+  if (view.scene.resolved_step() >= least) return;
+  throw Error(ExitCode::usage,
+              "--step " + number_text(view.scene.resolved_step()) +
+                  " is too short for the float32 numbers along a ray; give at least " +
+                  formatted("%.3g", 1.005 * least));
 }
 
 DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas) {

@@ -1,9 +1,12 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <vector>
 
+#include "base/text.h"
 #include "field/leaf_values.h"
+#include "psivox/error.h"
 #include "psivox/medium.h"
 #include "scene/transfer_function.h"
 
@@ -188,7 +191,13 @@ double auto_extinction(const Field& field, const TransferFunction* transfer) {
     mean =
         mean_integral(field, attenuation, [&](int axis) { return std::vector<int>{voxel[axis]}; });
   }
-  return mean > 0 ? auto_depth / mean : 1;
+  if (mean == 0) return 1;
+  const double extinction = auto_depth / mean;
+  if (extinction <= std::numeric_limits<float>::max()) return extinction;
+  throw Error(
+      ExitCode::input,
+      "grid " + in_quotes(field.name) + ": its attenuations are too small for float32; " +
+          (transfer ? "give the transfer function larger ones" : "store the grid in another unit"));
 }
 
 }  // namespace psivox

@@ -87,7 +87,8 @@ double resolved_isovalue(const Scene& scene, const Field& density) {
     if (std::abs(isovalue) >= density.half_width)
       throw Error(ExitCode::usage, "--isovalue " + number_text(isovalue) + ": level set " +
                                        in_quotes(density.name) + " has distances below " +
-                                       number_text(density.half_width) + " only, either side");
+                                       formatted("%.6g", density.half_width) +
+                                       " only, either side");
     return isovalue;
   }
   if (scene.isovalue) return *scene.isovalue;

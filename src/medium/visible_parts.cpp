@@ -172,7 +172,7 @@ class BlockFinder {
       if (!(weights.amounts[part] > 0)) continue;
       const glm::ivec3 low = leaf.origin + weights.low(part),
                        high = leaf.origin + weights.high(part);
-      merged.add(lattice_.cell_of(low), grown(low, high, double(weights.amounts[part])));
+      merged.add(lattice_.cell_of(low), grown(low, high, 512 * double(weights.amounts[part])));
     }
   }
 

@@ -84,7 +84,7 @@ struct CellLattice {
 /// The voxels of a leaf, inside the domain, that weigh more than 0, by the leaf's parts.
 struct LeafWeights {
   float least = 0, greatest = 0;           ///< bounds of their weights
-  std::array<float, 8> amounts{};          ///< sums of the weights of each part
+  std::array<float, 8> amounts{};          ///< sums of the weights of each part, over 512
   std::array<std::uint32_t, 8> corners{};  ///< of each part's box in the leaf, three bits each
 
   glm::ivec3 low(std::size_t part) const { return corner(corners[part]); }
@@ -166,7 +166,7 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
   if (!(greatest > 0)) return found;
   for (std::size_t n = 0; n < parts.size(); ++n) {
     const Part& part = parts[n];
-    found.amounts[n] = float(part.amount);
+    found.amounts[n] = float(part.amount / 512);  // no more than the greatest weight
     if (part.amount > 0)
       found.set_box(
           n, {std::countr_zero(part.x), std::countr_zero(part.y), std::countr_zero(part.z)},

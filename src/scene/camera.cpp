@@ -149,8 +149,8 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
     throw Error(ExitCode::usage, "--fov must be above 0 and below 180 degrees");
   if (scene.resolution.x < 1 || scene.resolution.y < 1)
     throw Error(ExitCode::usage, "--resolution must be at least 1x1");
-  if (scene.camera_up == glm::dvec3(0))
-    throw Error(ExitCode::usage, "--camera-up 0,0,0 has no direction");
+  if (scene.camera_up && !has_direction(*scene.camera_up))
+    throw Error(ExitCode::usage, "--camera-up has no direction: it is 0");
 
   const double aspect = double(scene.resolution.x) / scene.resolution.y;
   Camera camera;

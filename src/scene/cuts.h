@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <string>
@@ -9,6 +11,9 @@
 #include "psivox/scene.h"
 
 namespace psivox {
+
+/// Whether a vector of any length gives a direction: its square is neither 0 nor infinite.
+inline bool has_direction(const glm::dvec3& v) { return std::isnormal(glm::dot(v, v)); }
 
 /// The points where dot(normal, p) >= offset [world].
 struct HalfSpace {

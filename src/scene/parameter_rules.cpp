@@ -6,6 +6,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/scene.h"
+#include "scene/cuts.h"
 #include "scene/enum_names.h"
 
 namespace psivox {
@@ -98,7 +99,7 @@ void validate_mode(const Scene& scene) {
 
 void validate_light(const Scene& scene) {
   for (const DirectionalLight& light : scene.lights)
-    if (light.direction == glm::dvec3(0)) contradict("--light 0,0,0 has no direction");
+    if (!has_direction(light.direction)) contradict("--light has no direction: it is 0");
   if (!scene.environment.empty() && scene.sky)
     contradict("--environment and --sky exclude each other; leave one of them out");
   if (!scene.environment.empty()) return;
@@ -170,8 +171,8 @@ void validate_march(const Scene& scene) {
 }
 
 void validate_cuts(const Scene& scene) {
-  if (scene.slice && scene.slice->normal == glm::dvec3(0)) contradict("--slice: its normal is 0");
-  if (scene.clip_plane && scene.clip_plane->normal == glm::dvec3(0))
+  if (scene.slice && !has_direction(scene.slice->normal)) contradict("--slice: its normal is 0");
+  if (scene.clip_plane && !has_direction(scene.clip_plane->normal))
     contradict("--clip-plane: its normal is 0");
   if (scene.clip)
     for (int axis = 0; axis < 3; ++axis)
@@ -270,7 +271,8 @@ void validate(const Scene& scene) {
     contradict("--tone-map and the --ocio options exclude each other; leave one of them out");
   if (scene.ortho_width && scene.projection == Projection::perspective)
     contradict("--ortho-width is for --projection orthographic; a perspective view has --fov");
-  if (scene.camera_up == glm::dvec3(0)) contradict("--camera-up 0,0,0 has no direction");
+  if (scene.camera_up && !has_direction(*scene.camera_up))
+    contradict("--camera-up has no direction: it is 0");
   if (scene.camera_position && scene.camera_position == scene.camera_target)
     contradict("--camera-position and --camera-target are the same point; move one of them");
 }

@@ -80,6 +80,15 @@ std::string dumped(const json& value) {
 
 bool is_text(const Parameter& p) { return std::holds_alternative<std::string Scene::*>(p.member); }
 
+/// What a JSON value of text or of files must be; empty if it is that, or the parameter neither.
+std::string text_problem(const Parameter& p, const json& value) {
+  const bool files = std::holds_alternative<std::vector<std::string> Scene::*>(p.member);
+  if (value.is_string() || !(files || is_text(p))) return {};
+  const auto is_string = [](const json& item) { return item.is_string(); };
+  if (files && value.is_array() && std::ranges::all_of(value, is_string)) return {};
+  return p.name + ": expected a string" + (files ? " or an array of strings" : "");
+}
+
 /// The separator of a vector's text; 0 for a parameter that is not a vector.
 char separator(const Parameter& p) {
   const auto of_type = []<typename T>(T Scene::*) {
@@ -222,7 +231,8 @@ Scene scene_from_json(std::string_view text, std::string_view source) {
   Scene scene;
   for (const auto& [name, value] : object.items()) {
     const Parameter* p = find_parameter(name);
-    if (p && is_text(*p) && !value.is_string()) fail(name + ": expected a string");
+    if (const std::string problem = p ? text_problem(*p, value) : ""; !problem.empty())
+      fail(problem);
     try {
       set_parameter(scene, name, p ? command_line_text(*p, value) : "");
     } catch (const Error& error) {

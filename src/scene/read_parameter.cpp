@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/text.h"
 #include "psivox/error.h"
@@ -9,6 +10,8 @@
 
 namespace psivox {
 namespace {
+
+constexpr double greatest_number = std::numeric_limits<float>::max();
 
 // ---- reading: true if the whole text is a value of that type within the range ----
 
@@ -27,7 +30,7 @@ bool read(std::string_view text, const Range& range, int& value) {
 }
 
 bool read(std::string_view text, const Range& range, double& value) {
-  return read_number(text, value) && std::isfinite(value) && range.contains(value);
+  return read_number(text, value) && std::abs(value) <= greatest_number && range.contains(value);
 }
 
 /// `count` values between `separator`s.
@@ -217,13 +220,26 @@ std::string near_text(std::string_view text, const T&) {
   return "";
 }
 
+/// Says so if the text has a number that float32 does not hold.
+std::string size_text(std::string_view text) {
+  constexpr const char* separators = ",;:=x%";
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find_first_of(separators, begin), text.size());
+    double number = 0;
+    if (read_number(text.substr(begin, end - begin), number) && std::abs(number) > greatest_number)
+      return "; numbers go up to 3.4e38";
+    begin = end + 1;
+  }
+  return "";
+}
+
 template <typename T>
 [[noreturn]] void refuse(const Parameter& p, std::string_view text, const T& kind) {
   const std::string unset = p.unset.empty() ? "" : p.unset + " or ";
   const std::string unit = p.unit.empty() ? "" : " [" + p.unit + "]";
   throw Error(ExitCode::usage, (p.positional ? "" : "--") + p.name + " " + in_quotes(text) +
                                    ": expected " + unset + kind_text(p, kind) + unit +
-                                   near_text(text, kind));
+                                   near_text(text, kind) + size_text(text));
 }
 
 template <typename T>

@@ -9,6 +9,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 
@@ -60,9 +61,10 @@ using nlohmann::json;
   throw Error(ExitCode::input, "camera path " + in_quotes(path) + ": " + why);
 }
 
-std::optional<glm::dvec3> vector_of(const json& key, const char* name) {
+std::optional<glm::dvec3> vector_of(const json& key, const char* name, const std::string& path) {
   if (!key.contains(name)) return {};
   const json& v = key[name];
+  if (v.size() != 3) refuse(path, std::string(name) + ": expected [x,y,z], not " + v.dump());
   return glm::dvec3(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
 }
 
@@ -74,10 +76,13 @@ CameraKey key_of(const json& entry, const std::string& path) {
   }
   CameraKey key;
   key.frame = entry.at("frame").get<double>();
-  key.position = vector_of(entry, "position");
-  key.target = vector_of(entry, "target");
-  key.up = vector_of(entry, "up");
+  key.position = vector_of(entry, "position", path);
+  key.target = vector_of(entry, "target", path);
+  key.up = vector_of(entry, "up", path);
+  if (key.up && !has_direction(*key.up)) refuse(path, "up has no direction: it is 0");
   if (entry.contains("fov")) key.fov = entry["fov"].get<double>();
+  if (key.fov && !(*key.fov > 0 && *key.fov < 180))
+    refuse(path, "fov is above 0 and below 180 degrees, not " + number_text(*key.fov));
   const std::string ease = entry.value("ease", "smooth");
   if (ease != "smooth" && ease != "linear")
     refuse(path, "ease is smooth or linear, not " + in_quotes(ease));

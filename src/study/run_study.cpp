@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "field/leaf_values.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
@@ -100,7 +101,7 @@ class StudyRun {
   void run() {
     refuse_nothing();
     pictures_.prepare(*pictures_.by_reference, plan_.variants.front());
-    check_texels();
+    check_volume();
     resume();
     for (const char* folder : {pictures_folder, differences_folder})
       make_folder(options_.folder / folder);
@@ -109,6 +110,7 @@ class StudyRun {
     if (!fs::exists(options_.folder / results_name)) save();
     for (const Variant& variant : plan_.variants) pictures_.reference(variant);
     base_.reference_bound = pictures_.reference_bound;
+    say_blank();
     for (const ForeignPicture& foreign : options_.foreign)
       base_.foreign.push_back(pictures_.compare(foreign));
     save();
@@ -163,15 +165,16 @@ class StudyRun {
                     (plan_.skipped.empty() ? "it is empty" : plan_.skipped.front().reason));
   }
 
-  /// Removes from the plan the variants of a texel type that cannot hold the values.
-  void check_texels() {
-    std::map<TexelType, std::string> reasons;  // to refuse it; empty: none
+  /// Removes from the plan the variants that the volume refuses: of a texel type that cannot hold
+  /// its values, or of a step too short to cross it.
+  void check_volume() {
+    std::map<std::pair<TexelType, double>, std::string> reasons;  // to refuse it; empty: none
     std::erase_if(plan_.variants, [&](const Variant& variant) {
-      const auto [reason, is_new] = reasons.try_emplace(variant.texel);
+      const auto [reason, is_new] = reasons.try_emplace({variant.texel, variant.method.step});
       try {
         if (is_new) pictures_.prepare(*pictures_.gpu, variant);
       } catch (const Error& error) {
-        if (error.code() != ExitCode::input) throw;
+        if (error.code() != ExitCode::input && error.code() != ExitCode::usage) throw;
         reason->second = error.what();
       }
       if (!reason->second.empty()) plan_.skipped.push_back({variant, reason->second});
@@ -198,6 +201,13 @@ class StudyRun {
       const auto at = std::find(plan_.variants.begin(), plan_.variants.end(), point.variant);
       points_[std::size_t(at - plan_.variants.begin())] = point;
     }
+  }
+
+  /// Says why there is nothing in the picture, if that is so.
+  void say_blank() {
+    const std::string reason =
+        blank_reason(pictures_.view(), pictures_.reference(plan_.variants.front()));
+    if (options_.say && !reason.empty()) options_.say(reason);
   }
 
   /// Says how long a new study takes.

@@ -256,6 +256,9 @@ std::vector<ForeignPicture> read_foreign_pictures(const std::string& path) {
     const auto list = nlohmann::json::parse(read_text(path, "list of pictures"));
     if (!list.is_array()) throw Error(ExitCode::usage, "expected a list, [{\"name\": , ...}, ...]");
     for (const auto& item : list) {
+      if (!item.is_object() || !item.contains("name") || !item.contains("picture"))
+        throw Error(ExitCode::usage, "each picture is an object with name and picture, not " +
+                                         in_quotes(item.dump()));
       for (const auto& [key, value] : item.items())
         if (const std::vector<std::string> keys = {"name", "picture", "time_ms"};
             !std::ranges::count(keys, key))

@@ -100,14 +100,19 @@ void set_sweep(Sweep& sweep, std::string_view name, std::string_view text) {
   if (list == std::end(lists))
     throw Error(ExitCode::usage, "a study has no list " + in_quotes(name) +
                                      suggestion(name, names_in(lists, &List::name)));
-  std::vector<std::string> names = split(find_parameter(list->parameter)->metavar, '|');
+  const Parameter& parameter = *find_parameter(list->parameter);
+  std::vector<std::string> names = split(parameter.metavar, '|');
   std::erase(names, "auto");  // one of the others
   const std::vector<std::string> items = text == "all" && names.size() > 1 ? names : split(text);
   if (items.empty())
     throw Error(ExitCode::usage, "--" + std::string(name) + " is empty; give values with commas");
   std::vector<Scene> scenes(items.size());
-  for (std::size_t i = 0; i < items.size(); ++i)
-    set_parameter(scenes[i], list->parameter, items[i]);
+  for (std::size_t i = 0; i < items.size(); ++i) {
+    set_parameter(scenes[i], parameter.name, items[i]);
+    if (items[i] == parameter.unset || items[i] == "auto")
+      throw Error(ExitCode::usage,
+                  "--" + std::string(name) + ": " + in_quotes(items[i]) + " is no value to study");
+  }
   list->fill(sweep, scenes);
 }
 

@@ -206,6 +206,7 @@ def test_refused_arrays(array, refused):
 def test_refused_places(cloud, refused):
     refused(2, psivox.field, cloud, voxel_size=0)
     refused(2, psivox.field, cloud, voxel_size=(1, 2))
+    assert "beyond 1e75" in refused(3, psivox.field, cloud, origin=(1e300, 0, 0))
     refused(2, psivox.field, cloud, origin="there")
     refused(2, psivox.field, cloud, origin=(0, np.inf, 0))
     refused(2, psivox.render, {})

@@ -119,6 +119,9 @@ def test_page(blobs, refused, tmp_path):
     assert page._repr_html_().startswith("<iframe srcdoc=")
     assert "above page_limit" in refused(2, psivox.show, blobs, resolution=SMALL, page_limit=0.01)
     assert "no holdout" in refused(2, psivox.show, blobs, resolution=SMALL, holdout="x.exr")
+    for write in page.write, image.page:
+        assert "a page is an .html" in refused(2, write, tmp_path / "x.png")
+    assert not (tmp_path / "x.png").exists()
     image.page(tmp_path / "y.html", credit="A < B")
     assert (tmp_path / "y.html").read_text() == page.html
 

@@ -86,6 +86,7 @@ class Image:
     def page(self, path, *, credit="", page_limit=32):
         """Writes a page on which the picture turns, as psivox.show makes it. Draws the picture once
         more: its file or array must still be the same."""
+        _page_name(path)
         show(self._source, scene=self.scene, background=self._background, credit=credit,
              page_limit=page_limit).write(path)
 
@@ -221,6 +222,13 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
         return session._draw(words_of({}), aov, time_budget, check_error, progress)
 
 
+def _page_name(path):
+    name = file_name(path)
+    if not name.lower().endswith(b".html"):
+        usage(f"cannot write {os.fspath(path)!r}: a page is an .html; psivox.render draws pictures")
+    return name
+
+
 class Page:
     """A page on which a picture turns, in any browser with WebGL 2; Jupyter shows it.
 
@@ -232,7 +240,7 @@ class Page:
 
     def write(self, path):
         """Writes the .html that `psivox render -o` writes."""
-        _core.write_text(file_name(path), self.html)
+        _core.write_text(_page_name(path), self.html)
 
     def _repr_html_(self):
         return (f'<iframe srcdoc="{html.escape(self.html)}" width="100%" allow="fullscreen" '
