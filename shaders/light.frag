@@ -11,7 +11,7 @@ void draw(ivec2 at) {
   Ray ray = light_ray(first + ivec3(at.x >> 6, (at.x >> 3) & 7, at.x & 7));
   March m = begin_march(ray);
 #if RESUMABLE
-  if (!first_pass) load_march(m, at, ray.begin);
+  if (!first_pass) load_march(m, at);
 #endif
   march(m, ray);
 #if RESUMABLE

@@ -11,7 +11,7 @@ void draw(ivec2 at) {
   Ray ray = march_ray_of(p);
   March m = begin_march(ray);
 #if RESUMABLE
-  if (!first_pass) load_march(m, at, ray.begin);
+  if (!first_pass) load_march(m, at);
 #endif
   aim(m, p);
   march(m, ray);

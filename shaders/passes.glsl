@@ -11,7 +11,7 @@ layout(location = 2) out ivec4 out_state[4];
 #define save_state(i, at, state) out_state[i] = state
 #endif
 
-void load_march(INOUT(March) m, ivec2 at, float begin) {
+void load_march(INOUT(March) m, ivec2 at) {
   ivec4 a = texelFetch(state_in[0], at, 0);
   ivec4 b = texelFetch(state_in[1], at, 0);
   ivec4 c = texelFetch(state_in[2], at, 0);
@@ -34,17 +34,19 @@ void load_march(INOUT(March) m, ivec2 at, float begin) {
   m.t = intBitsToFloat(d.w);
   m.known = m.front.value > UNKNOWN && !own_luminance && !has_emission && !with_gradient;
   m.front = with_value(m, m.front, Sample(m.front.value, real(0.0)));
-  if (end_corrections) {
-    float before = min(step, m.t - begin);
-    m.step_error = before * before / 12.0;
-    m.known = false;  // its slopes are to be found again
+  if (end_corrections) {  // under uniform, which finds its cell by t
+    m.step_error = intBitsToFloat(b.x);
+    m.front.slope = intBitsToFloat(b.y);
+    m.known = false;  // the luminance's slope is to be found again
   }
 }
 
 void save_march(IN(March) m, ivec2 at) {
   save_state(0, at, ivec4(floatBitsToInt(m.transmittance), floatBitsToInt(m.front.value),
                           floatBitsToInt(m.optical_depth), floatBitsToInt(m.lost)));
-  save_state(1, at, ivec4(m.cell, m.lattice));
+  ivec4 place = ivec4(m.cell, m.lattice);
+  if (end_corrections) place.xy = floatBitsToInt(vec2(m.step_error, m.front.slope));
+  save_state(1, at, place);
   save_state(2, at, ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth)));
   // of which TileTarget::draw_passes reads the last two
   save_state(3, at, ivec4(m.steps, m.samples, m.turns * 4 + (m.stuck ? 2 : 0) + (m.done ? 1 : 0),

@@ -235,13 +235,16 @@ void leave_run(INOUT(March) m, INOUT(StepWalk) w, Step s, Ray ray) {
 }
 
 void turn_uniform(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
+  // in another pass: the node that begins at t may have another slope than the one that ended there
+  bool resumed = !m.known && m.front.value > UNKNOWN;
+  real slope = m.front.slope;
   Step s = find_step(m, w, ray);
   m.own = begins_in_part(w, m.t);
   m.paired_here = false;
   if (look_up_at(m.t, s.t_back) > w.node_end) return;  // the next turn looks up the next node
   Samples found = sample_step(m, w, s, ray);
   cross_step(m, found.middle, found.back, s.t_back, s.run);
-  if (end_corrections) find_slopes(m, found.slope);
+  if (end_corrections) find_slopes(m, resumed ? slope : found.slope);
   m.known = true;
   w.finest = w.h;
   leave_run(m, w, s, ray);

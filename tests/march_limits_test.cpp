@@ -34,8 +34,18 @@ void expect_continued(const std::string& what, const View& view, const Image& on
   if (view.medium.source == LuminanceSource::constant) return expect_identical(what, one, many);
   EXPECT_LE(difference(what, one, many).max, 1.2e-7);
   ASSERT_EQ(one.layers.size(), many.layers.size());
-  for (std::size_t i = 1; i < one.layers.size(); ++i)
-    EXPECT_EQ(one.layers[i].values, many.layers[i].values) << what << one.layers[i].name;
+  // Where a pass begins at a face, the value there is that of the node behind it. That rounds
+  // optical depths between 2 and 4, by a unit in the last place here and there.
+  const double rounding = what == "corrected ends" ? 2 * 0x1p-22 : 0;
+  for (std::size_t i = 1; i < one.layers.size(); ++i) {
+    const std::vector<float>&a = one.layers[i].values, &b = many.layers[i].values;
+    ASSERT_EQ(a.size(), b.size());
+    double most = 0;
+    for (std::size_t k = 0; k < a.size(); ++k)
+      most = std::max(
+          most, a[k] == b[k] ? 0 : std::abs(double(a[k]) - double(b[k])) / std::abs(double(a[k])));
+    EXPECT_LE(most, rounding) << what << one.layers[i].name;
+  }
 }
 
 Scene near_limits(int side = 40) { return oblique(side, 0.12); }
@@ -55,6 +65,9 @@ std::vector<std::pair<std::string, View>> views() {
       {"cells, constant", view_of(near_limits(), density)},
       {"cells, vector", make_view(near_limits(), density, colour)},
       {"halves", make_view(halves, density, colour)},
+      {"corrected ends", view_of(looking(with(near_limits(), Integrator::psi_balanced, 0.8),
+                                         {12.3, 9.1, 10.7}, {-20, 14, 2}),
+                                 density, Glow::density)},
       {"ends", view_of(with(near_limits(), Integrator::psi_balanced, 0.8), density, Glow::density)},
       {"middles", make_view(with(near_limits(), Integrator::midpoint, 3.0), density, colour)}};
 }
