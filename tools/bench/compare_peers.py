@@ -12,6 +12,7 @@ vdb_render, Blender's Cycles and VTK draw constant luminance, through the camera
 --camera-for` prints; --study puts the peers' pictures and process times into a study of each scene."""
 
 import argparse
+import ctypes
 import csv
 import json
 import math
@@ -56,6 +57,23 @@ def say(text):
     print(text, file=sys.stderr, flush=True)
 
 
+def adopt_orphans():
+    """From now on processes that a command leaves behind, as psivox's readers, are this one's."""
+    pr_set_child_subreaper = 36
+    ctypes.CDLL(None).prctl(pr_set_child_subreaper, 1, 0, 0, 0)
+
+
+def cpu_of_orphans():
+    """Waits for them. Their seconds."""
+    seconds = 0
+    while True:
+        try:
+            usage = os.wait3(0)[2]
+        except ChildProcessError:
+            return seconds
+        seconds += usage.ru_utime + usage.ru_stime
+
+
 def run(command):
     """Output, milliseconds and CPU milliseconds of a command; None if it fails."""
     start = time.perf_counter()
@@ -65,10 +83,11 @@ def run(command):
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     wall = 1e3 * (time.perf_counter() - start)
+    cpu = usage.ru_utime + usage.ru_stime + cpu_of_orphans()
     if process.returncode:
         say(f"failed: {' '.join(map(str, command))}\n{errors.strip()}")
         return None
-    return output, wall, 1e3 * (usage.ru_utime + usage.ru_stime)
+    return output, wall, 1e3 * cpu
 
 
 def timed(command):
@@ -309,6 +328,7 @@ def print_table(name, rows, what, digits=0):
 
 
 def main():
+    adopt_orphans()
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", default=",".join(SCENES), help="default: %(default)s")
