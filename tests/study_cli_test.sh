@@ -7,6 +7,18 @@ tested=study assets=$2
 # A study's CSV without its times, the last 15 columns.
 numbers() { sed -E 's/(,[^,]*){15}$//' "$1/results.csv"; }
 rows() { tail -n +2 "$1/results.csv" 2>/dev/null | wc -l; }
+# stop_by SIGNAL FOLDER: starts a study, which gets the signal when it has two rows. Sets code.
+stop_by() {
+  "$program" study "${sweep[@]}" -o "$2" 2>"$2.txt" &
+  local pid=$!
+  for _ in $(seq 600); do
+    [ "$(rows "$2")" -ge 2 ] && break
+    sleep 0.05
+  done
+  kill -"$1" $pid
+  wait $pid
+  code=$?
+}
 
 sweep=("$assets/blobs.vdb" --resolution 32x24 --luminance-grid density -q --repeats 2
   --integrators porter-duff,psi-exact,cell-exact --segments 1 --steps 1,0.5)
@@ -70,15 +82,7 @@ run 0 "the picture is empty: --extinction is 0" "$assets/blobs.vdb" -o empty --r
 # Ctrl-C leaves whole files, a report of the finished points, and exit code 130. (A shell's
 # background jobs ignore SIGINT unless job control is on.)
 set -m
-"$program" study "${sweep[@]}" -o stopped 2>stopped.txt &
-pid=$!
-for _ in $(seq 600); do
-  [ "$(rows stopped)" -ge 2 ] && break
-  sleep 0.05
-done
-kill -INT $pid
-wait $pid
-code=$?
+stop_by INT stopped
 set +m
 [ $code -eq 130 ] || fail "interrupted: exit $code"
 grep -q -- "--resume" stopped.txt || fail "interrupted: no word of --resume"
@@ -88,15 +92,7 @@ run 0 "" "${sweep[@]}" -o stopped --resume
 diff <(numbers whole) <(numbers stopped) >/dev/null || fail "interrupted and resumed: another CSV"
 
 # SIGTERM ends it at once, with whole files.
-"$program" study "${sweep[@]}" -o ended &
-pid=$!
-for _ in $(seq 600); do
-  [ "$(rows ended)" -ge 1 ] && break
-  sleep 0.05
-done
-kill -TERM $pid
-wait $pid
-code=$?
+stop_by TERM ended
 [ $code -eq 143 ] || fail "SIGTERM: exit $code"
 if compgen -G 'ended/.psivox*'; then fail "SIGTERM: half-written files"; fi
 run 0 "" "${sweep[@]}" -o ended --resume

@@ -85,6 +85,16 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
   EXPECT_EQ(FieldVoxels(vdb.read("other")).voxel({0, 0, 0}, 0), 2.0);
   EXPECT_NE(input_error([&] { vdb.read("density"); }).find("supported value types: float, double"),
             std::string::npos);
+
+  // without positions, only those before it
+  std::ostringstream pipe;
+  openvdb::io::Stream(pipe).write(openvdb::GridCPtrVec{density, other});
+  bytes = pipe.str();
+  bytes.replace(bytes.find("Tree_float"), 10, "Tree_quark");
+  const std::vector<GridInfo> rows = VdbFile(test::write_bytes("piped.vdb", bytes)).info();
+  ASSERT_EQ(rows.size(), 1u);
+  for (const char* text : {"has type Tree_quark_5_4_3", "; 1 more behind it cannot be found"})
+    EXPECT_NE(rows[0].problem.find(text), std::string::npos) << rows[0].problem;
 }
 
 TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {

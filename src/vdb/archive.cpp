@@ -78,30 +78,30 @@ void Archive::read_directory() {
       entries_.push_back(std::move(entry));
       return;
     }
-    const bool cut_short = has_places_ && entry.end > file_->size();
-    if (cut_short && i + 1 < count) {
+    const bool end_is_known =
+        has_places_ ? entry.end <= file_->size() : channels_of(entry.type) > 0;
+    if (!end_is_known && i + 1 < count) {
       entry.problem += "; " + std::to_string(count - i - 1) + " more behind it cannot be found";
     }
-    if (has_places_ && !cut_short) stream_.seekg(entry.end);
+    if (has_places_ && end_is_known) stream_.seekg(entry.end);
     entries_.push_back(std::move(entry));
-    if (cut_short) return;
+    if (!end_is_known) return;
   }
 }
 
 void Archive::read_entry(GridEntry& entry) {
   constexpr std::string_view half = "_HalfFloat";
   entry.unique_name = read_string(stream_);
-  std::string type = read_string(stream_);
+  entry.type = read_string(stream_);
+  entry.half = entry.type.ends_with(half);
+  if (entry.half) entry.type.resize(entry.type.size() - half.size());
   if (version_ >= with_instances) entry.parent = read_string(stream_);
   const auto places = take<std::array<std::int64_t, 3>>(stream_);
-  entry.half = type.ends_with(half);
-  if (entry.half) type.resize(type.size() - half.size());
-  entry.type = std::move(type);
   entry.begin = places[0];
   entry.end = places[2];
   if (channels_of(entry.type) == 0) entry.problem = unsupported_type(entry.type);
   if (!has_places_) {
-    skip_grid(entry);
+    if (entry.problem.empty()) skip_grid(entry);
     return;
   }
   // Positions only grow, so the loop over the directory ends for any file.
@@ -118,8 +118,6 @@ void Archive::skip_grid(GridEntry& entry) {
   constexpr std::int64_t mask_leaf = 64 + 3 * 4;  // the mask once more, and the origin [bytes]
   entry.begin = stream_.tellg();
   entry.end = file_->size();
-  if (channels_of(entry.type) == 0)
-    throw std::runtime_error("grids behind it cannot be found, because its length is not known");
   if (is_old()) {
     stream_.seekg(trees().rewritten(*file_, old_grid(entry), nullptr).end);
   } else if (const TreeHead tree = begin_grid(entry); entry.parent.empty()) {
