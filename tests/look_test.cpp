@@ -17,6 +17,7 @@
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/vdb.h"
+#include "scene/transfer_function.h"
 #include "scratch.h"
 #include "showing.h"
 #include "thrown.h"
@@ -182,6 +183,31 @@ TEST(Look, DraftByRaysIsAsBrightAsThePicture) {
   }
   set_parameter(scene, "sky", "1,1,1");
   EXPECT_FALSE(ray_draft(make_view(scene, fields)));
+}
+
+TEST(Look, KeepsTheSubjectOfAViewThatItMade) {
+  const OpenedScene opened = open_scene(scene_of(asset("tiles.vdb")), VdbFile(asset("tiles.vdb")));
+  const std::optional<KnownSubject>& known = opened.looked.fields.subject;
+  ASSERT_TRUE(known);
+  EXPECT_EQ(opened.view.subject, known->subject);
+  MediumFields fields = opened.looked.fields;
+  fields.subject.reset();
+  const View anew = make_view(opened.looked.scene, fields);
+  EXPECT_EQ(anew.camera.position, opened.view.camera.position);
+  EXPECT_TRUE(known->serves(anew.medium, anew.scene.mode));
+  EXPECT_FALSE(known->serves(anew.medium, Mode::isosurface));
+  const auto serves = [&](const auto& change) {
+    Medium medium = anew.medium;
+    change(medium);
+    return known->serves(medium, anew.scene.mode);
+  };
+  EXPECT_FALSE(serves([](Medium& m) { m.density = std::make_shared<const Field>(*m.density); }));
+  EXPECT_FALSE(serves([](Medium& m) { m.isovalue += 1; }));
+  EXPECT_FALSE(serves([](Medium& m) {
+    m.transfer = std::make_shared<const TransferFunction>(std::vector<TransferPoint>(1));
+  }));
+  EXPECT_FALSE(serves([](Medium& m) { m.others.push_back(m); }));
+  EXPECT_FALSE(serves([](Medium& m) { m.emission.emplace_back(); }));
 }
 
 TEST(Look, IsTheSameForAnyMethod) {

@@ -133,6 +133,20 @@ struct EmissionField {
   std::shared_ptr<const Field> field;
 };
 
+/// The subject of a view, and what it follows from.
+struct KnownSubject {
+  std::weak_ptr<const Field> density;
+  std::shared_ptr<const TransferFunction> transfer;
+  Mode mode = {};
+  double isovalue = 0;
+  std::shared_ptr<const Subject> subject;
+
+  /// What is known of a view whose medium neither glows nor has further volumes; else nothing.
+  static std::optional<KnownSubject> of(const View& view);
+  /// Whether it is the subject of this medium too.
+  bool serves(const Medium& medium, Mode seen_by) const;
+};
+
 /// The grids of a scene. One is null if the scene has none or its mode does not use it. Two may be
 /// the same field.
 struct MediumFields {
@@ -144,6 +158,8 @@ struct MediumFields {
   std::shared_ptr<const Field> drawn{};
   /// What the leaves of the density weigh, if its values stay in the file.
   std::shared_ptr<const WeighedLeaves> weights{};
+  /// The subject of a view of the density that was made before.
+  std::optional<KnownSubject> subject{};
   std::vector<std::shared_ptr<const Field>> albedo{};  ///< as in ScatteredLight
   std::vector<MediumFields> others{};                  ///< of further volumes
 };

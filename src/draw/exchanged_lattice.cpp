@@ -19,7 +19,9 @@ using light_tiles::TileRange;
 /// Slabs of 8 slices that are exchanged at once.
 constexpr int slabs_at_once = 4;
 
-constexpr std::size_t brick_columns = lattice_columns * lattice_columns;
+/// Columns of a brick, and where the depths of its last slice begin.
+constexpr std::size_t brick_columns = lattice_columns * lattice_columns,
+                      last_slice = lattice_depths_of_brick - brick_columns;
 
 /// What a member wants of a tile of columns: their depths in each slab from the light to the slab
 /// that begins with the slice `last`, at all slices from the slice `first` on, at the last slice of
@@ -129,8 +131,7 @@ class OwnColumns {
             std::copy_n(depths, sent.depths.size(), sent.depths.begin());
           } else {
             SentEnds& sent = ends[rank].emplace_back(SentEnds{some[i], {}});
-            for (std::size_t column = 0; column < brick_columns; ++column)
-              sent.depths[column] = float(depths[lattice_slices * (column + 1) - 1]);
+            std::copy_n(depths + last_slice, brick_columns, sent.depths.begin());
           }
         }
     }
@@ -144,8 +145,7 @@ class OwnColumns {
     const SlabTiles tiles(frame_, slab, blocks_, &wanted.last(), false);
     std::vector<LatticeBrick> bricks;
     for (std::size_t i = 0; i < tiles.tiles().size(); ++i)
-      for (int brick = 0; brick < 4; ++brick)
-        if (tiles.is_dark(i, brick)) bricks.push_back(tiles.brick(i, brick));
+      if (tiles.is_dark(i)) bricks.push_back(tiles.brick(i));
     return bricks;
   }
 
@@ -165,9 +165,8 @@ class JoinedColumns {
     for (std::size_t i = 0; i < sent.depths.size(); ++i) to[i] += double(sent.depths[i]);
   }
   void add(const SentEnds& sent) {
-    double* to = bricks_[sent.brick].data();
-    for (std::size_t column = 0; column < brick_columns; ++column)
-      to[lattice_slices * (column + 1) - 1] += double(sent.depths[column]);
+    double* to = bricks_[sent.brick].data() + last_slice;
+    for (std::size_t i = 0; i < brick_columns; ++i) to[i] += double(sent.depths[i]);
   }
   void operator()(std::span<const LatticeBrick> bricks, std::span<double> depths) const {
     std::ranges::fill(depths, 0.0);

@@ -16,7 +16,11 @@ namespace {
 
 /// The view so far, for the last time.
 View take_view(Choosing& all) {
-  if (!all.view) return make_view(all.scene, all.fields.of(all.scene));
+  if (!all.view) {
+    View view = make_view(all.scene, all.fields.of(all.scene));
+    all.fields.keep(view);
+    return view;
+  }
   View known = std::move(*all.view);
   all.view.reset();
   return known;

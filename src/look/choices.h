@@ -68,6 +68,8 @@ class KeptFields {
   const VdbFile& file() const { return file_; }
   /// The fields by which a view is chosen, all of them to be drawn too.
   const MediumFields& of(const Scene& scene);
+  /// Keeps what a view of them tells those that follow.
+  void keep(const View& view) { fields_->subject = KnownSubject::of(view); }
   /// The same, with the density to draw.
   MediumFields drawn(const Scene& scene);
   /// What glows beside the scene's density.

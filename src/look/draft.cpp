@@ -44,8 +44,9 @@ Method draft_method(const Scene& scene, const Field& density) {
 }
 
 constexpr glm::ivec2 ray_count(64, 36);
-/// Rays end at this transmittance, and look at the light again each time that they lost so much.
-constexpr double opaque = 0.01, light_interval = 0.1;
+/// Rays end at this transmittance, and look at the light again each time that they lost so much;
+/// rays towards the light at this depth, behind which it is less than float32 has beside it.
+constexpr double opaque = 0.01, light_interval = 0.1, dark = 17;
 
 struct DraftLight {
   VoxelLines::Line towards;
@@ -101,8 +102,10 @@ class RayDraft {
   glm::dvec3 light_at(const glm::ivec3& voxel) {
     glm::dvec3 sum(0);
     for (const DraftLight& light : lights_) {
-      const double depth = lines_.depth_of(voxel) + lines_.depth_behind(voxel, light.towards);
-      sum += light.radiance * std::exp(-medium_.extinction * light.towards.step * depth);
+      const double scale = medium_.extinction * light.towards.step;
+      const double depth =
+          lines_.depth_of(voxel) + lines_.depth_behind(voxel, light.towards, dark / scale);
+      sum += light.radiance * std::exp(-scale * depth);
     }
     return sum;
   }

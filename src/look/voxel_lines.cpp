@@ -1,6 +1,7 @@
 #include "look/voxel_lines.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
@@ -30,11 +31,11 @@ double VoxelLines::attenuation(double value) const {
   return function_ ? function_->at(value).attenuation : std::max(value, 0.0);
 }
 
-double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along) {
+double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along, double most) {
   double sum = 0;
   walk({glm::dvec3(voxel), along.way, along.step}, 1, [&](double value) {
     sum += attenuation(value);
-    return true;
+    return sum <= most;
   });
   return sum;
 }
@@ -42,18 +43,26 @@ double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along) {
 double VoxelLines::at(const glm::ivec3& voxel) {
   const glm::ivec3 origin = voxel & ~7;
   if (origin != origin_) block_ = index_.block(origin_ = origin);
-  const glm::ivec3 local = voxel - origin;
-  return double(block_.value((local.x * 8 + local.y) * 8 + local.z));
+  return double(*block_.values.at(voxel - origin));
 }
 
 double VoxelLines::at(const glm::dvec3& point) {
-  const glm::ivec3 cell = nearest_voxel(point - 0.5);
+  const glm::ivec3 cell = nearest_voxel(point - 0.5), local = cell & 7;
   const glm::dvec3 u = point - glm::dvec3(cell);
-  const auto along_z = [&](int x, int y) {
-    return glm::mix(at(cell + glm::ivec3(x, y, 0)), at(cell + glm::ivec3(x, y, 1)), u.z);
-  };
-  const auto along_y = [&](int x) { return glm::mix(along_z(x, 0), along_z(x, 1), u.y); };
-  return glm::mix(along_y(0), along_y(1), u.x);
+  std::array<double, 8> corners;  // z fastest
+  if (std::max({local.x, local.y, local.z}) < 7) {
+    at(cell);
+    const float* first = block_.values.at(local);
+    const Strides& s = block_.values.strides;
+    for (std::size_t i = 0; i < 8; ++i)
+      corners[i] = double(first[(i >> 2) * s.x + (i >> 1 & 1) * s.y + (i & 1) * s.z]);
+  } else {
+    for (int i = 0; i < 8; ++i)
+      corners[std::size_t(i)] = at(cell + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
+  }
+  const auto along_z = [&](std::size_t i) { return glm::mix(corners[i], corners[i + 1], u.z); };
+  return glm::mix(glm::mix(along_z(0), along_z(2), u.y), glm::mix(along_z(4), along_z(6), u.y),
+                  u.x);
 }
 
 namespace {

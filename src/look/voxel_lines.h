@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/mat3x3.hpp>
@@ -47,8 +48,9 @@ class VoxelLines {
 
   /// Optical depth at extinction 1 of a voxel from its middle on [voxels].
   double depth_of(const glm::ivec3& voxel) { return 0.5 * attenuation(at(voxel)); }
-  /// Optical depth at extinction 1 from a voxel on, by nearest voxels, without the voxel itself.
-  double depth_behind(const glm::ivec3& voxel, const Line& along);
+  /// Optical depth at extinction 1 from a voxel on, by nearest voxels, without the voxel itself; it
+  /// may end where it is above `most`.
+  double depth_behind(const glm::ivec3& voxel, const Line& along, double most = HUGE_VAL);
 
   /// Calls see(value) for the voxels nearest to the points k, k + 1, ... of a line while they are
   /// in the domain and it returns true. Passes over what is not stored, if that attenuates nothing.
@@ -73,11 +75,11 @@ class VoxelLines {
   void walk_between(const Line& line, double k, See&& see) {
     for (double n = 0;;) {
       const glm::dvec3 point = line.from + (k + n) * line.way;
-      const glm::ivec3 nearest = nearest_voxel(point);
-      if (!domain_.contains(nearest)) return;
-      std::size_t empty = 0;
-      if (empty_is_clear_ && at(nearest) == 0) empty = index_.empty_cells(point, line.way);
-      if (empty == 0 && !see(n, at(point))) return;
+      if (!domain_.contains(nearest_voxel(point))) return;
+      const double value = at(point);
+      const std::size_t empty =
+          value == 0 && empty_is_clear_ ? index_.empty_cells(point, line.way) : 0;
+      if (empty == 0 && !see(n, value)) return;
       n += double(std::max<std::size_t>(empty, 1));
     }
   }

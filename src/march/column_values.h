@@ -39,10 +39,22 @@ struct Place {
       : cell(std::clamp(cell_of(at), first, end - 1)), part(at - cell) {}
 };
 
-/// The places of a brick's columns across the axis at a time.
+/// The places of a brick's columns along one axis across the light.
+template <typename Real>
 struct Places {
-  Place along;
-  std::array<Place, lattice_columns> u, v;
+  std::array<int, lattice_columns> cell;
+  std::array<Real, lattice_columns> part;
+  bool consecutive = true;  ///< whether each column is in the cell behind the last one's
+
+  /// `spacing` apart from `at` on, each in the nearest cell of [first, end) if it is in none.
+  Places(double at, double spacing, int first, int end) {
+    for (std::size_t k = 0; k < lattice_columns; ++k) {
+      const Place place(at + double(k) * spacing, first, end);
+      cell[k] = place.cell;
+      part[k] = Real(place.part);
+      consecutive &= cell[k] == cell[0] + int(k);
+    }
+  }
 };
 
 /// Voxels of each plane that a brick's columns are interpolated from.
@@ -75,7 +87,7 @@ class Values {
       size +=
           std::size_t(plane.width) * std::size_t(window.high[std::size_t(p)].x - plane.low.x + 1);
     }
-    values_.assign(size + usual_reach, 0);  // whose rows are read in lengths of at least that
+    values_.assign(size, 0);
     all_stored_ = all;
     if (!all) is_stored_.assign(size, 0);
     for (std::size_t i = 0; i < nodes_.size(); ++i)
@@ -100,24 +112,35 @@ class Values {
   }
 
   /// At all of a brick's columns, v fastest.
-  void at(const Places& places, Real* to) const {
-    const Place& first = places.v.front();
-    const auto reach = std::size_t(places.v.back().cell - first.cell + 2);
-    const bool between = places.along.part != 0;
-    const Plane& near = planes_[std::size_t(places.along.cell - first_)];
-    const Plane& far = planes_[std::size_t(places.along.cell + between - first_)];
-    Row row, far_row;
-    for (const Place& u : places.u) {
-      along_u(near, u, first.cell, reach, row);
-      if (between) {
-        along_u(far, u, first.cell, reach, far_row);
-        mix(row, far_row, Real(places.along.part), reach, row);
+  void at(const Place& along, const Places<Real>& u, const Places<Real>& v, Real* to) const {
+    const Plane& near = planes_[std::size_t(along.cell - first_)];
+    const Plane* const far = along.part == 0 ? nullptr : &near + 1;
+    Row low{}, high{}, beyond;
+    int cell = 0;
+    for (std::size_t i = 0; i < lattice_columns; ++i, to += lattice_columns) {
+      if (i == 0 || u.cell[i] != cell) {
+        if (i > 0 && u.cell[i] == cell + 1)
+          low = high;
+        else
+          along_v(near, far, Real(along.part), u.cell[i], v, low, beyond);
+        cell = u.cell[i];
+        along_v(near, far, Real(along.part), cell + 1, v, high, beyond);
       }
-      for (const Place& v : places.v) {
-        const Real* low = row.data() + (v.cell - first.cell);
-        *to++ = low[0] + (low[1] - low[0]) * Real(v.part);
-      }
+      for (std::size_t k = 0; k < lattice_columns; ++k)
+        to[k] = low[k] + (high[k] - low[k]) * u.part[i];
     }
+  }
+
+  /// Whether the cells of a brick's columns are stored. Returns whether all are.
+  bool has(const Place& along, const Places<Real>& u, const Places<Real>& v, bool* to) const {
+    const Plane& plane = planes_[std::size_t(along.cell - first_)];
+    bool all = true;
+    for (const int u_cell : u.cell)
+      for (const int v_cell : v.cell) {
+        *to = is_stored_[plane.at(u_cell, v_cell)] != 0;
+        all &= *to++;
+      }
+    return all;
   }
 
  private:
@@ -133,24 +156,27 @@ class Values {
     }
   };
 
-  /// Values along v that a row of columns is interpolated from, at most; those that are always
-  /// computed, since a loop whose length is known is faster: columns a voxel apart take 5.
-  static constexpr std::size_t most_reach = (lattice_columns - 1) * widest_spacing + 3,
-                               usual_reach = 8;
-  using Row = std::array<Real, most_reach>;
+  using Row = std::array<Real, lattice_columns>;
 
-  /// The values between those at a and b.
-  static void mix(const auto& a, const auto& b, Real part, std::size_t reach, Row& to) {
-    for (std::size_t k = 0; k < usual_reach; ++k)
-      to[k] = Real(a[k]) + (Real(b[k]) - Real(a[k])) * part;
-    for (std::size_t k = usual_reach; k < reach; ++k)
-      to[k] = Real(a[k]) + (Real(b[k]) - Real(a[k])) * part;
+  /// Values at a row of columns, which are between voxels along v but not along u; between two
+  /// planes unless `far` is null.
+  void along_v(const Plane& near, const Plane* far, Real part, int u, const Places<Real>& v,
+               Row& to, Row& beyond) const {
+    between(values_.data() + near.at(u, v.cell[0]), v, to);
+    if (!far) return;
+    between(values_.data() + far->at(u, v.cell[0]), v, beyond);
+    for (std::size_t k = 0; k < lattice_columns; ++k) to[k] += (beyond[k] - to[k]) * part;
   }
 
-  /// Values of a plane between two voxels along u, from v on.
-  void along_u(const Plane& plane, const Place& u, int v, std::size_t reach, Row& to) const {
-    const float* low = values_.data() + plane.at(u.cell, v);
-    mix(low, low + plane.width, Real(u.part), reach, to);
+  static void between(const float* from, const Places<Real>& v, Row& to) {
+    if (v.consecutive)
+      for (std::size_t k = 0; k < lattice_columns; ++k)
+        to[k] = Real(from[k]) + (Real(from[k + 1]) - Real(from[k])) * v.part[k];
+    else
+      for (std::size_t k = 0; k < lattice_columns; ++k) {
+        const float* const low = from + (v.cell[k] - v.cell[0]);
+        to[k] = Real(low[0]) + (Real(low[1]) - Real(low[0])) * v.part[k];
+      }
   }
 
   static bool stored(const Node& node) { return node.kind != glsl::AtlasMarch::NODE_EMPTY; }

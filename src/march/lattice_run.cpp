@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <deque>
+#include <functional>
 #include <map>
 #include <optional>
 #include <unordered_map>
@@ -15,22 +16,43 @@ namespace light_tiles {
 
 /// Columns whose depths a voxel's is interpolated from, along each axis: a cubic through the four
 /// (Catmull and Rom 1974), the voxel between the middle two.
-constexpr int taps = 4;
+constexpr std::size_t taps = 4;
 /// Bricks that are asked for at once.
-constexpr std::size_t bricks_at_once = 4096;
+constexpr std::size_t bricks_at_once = 256;
 
-/// First of the taps along one axis, and their weights.
-struct Tap {
-  int first = 0;
-  std::array<double, taps> weights{};
+using Row = std::array<double, 8>;
 
-  Tap() = default;
-  explicit Tap(double at) {
-    const double below = std::floor(at);
-    const double f = at - below, f2 = f * f, f3 = f2 * f;
-    first = int(below) - 1;
-    weights = {-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3, 0.5 * f + 2 * f2 - 1.5 * f3,
-               -0.5 * f2 + 0.5 * f3};
+/// Of the 8 voxels of a block along one axis, the first taps and all weights.
+struct Taps {
+  std::array<int, 8> first;
+  std::array<Row, taps> weights;
+  bool consecutive = true;  ///< whether each voxel's taps begin a column behind the last one's
+
+  /// `at`: the number, not whole, of the column at a voxel.
+  explicit Taps(const auto& at) {
+    for (std::size_t i = 0; i < 8; ++i) {
+      const double x = at(int(i)), below = std::floor(x);
+      const double f = x - below, f2 = f * f, f3 = f2 * f;
+      first[i] = int(below) - 1;
+      const std::array<double, taps> own{-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3,
+                                         0.5 * f + 2 * f2 - 1.5 * f3, -0.5 * f2 + 0.5 * f3};
+      for (std::size_t k = 0; k < taps; ++k) weights[k][i] = own[k];
+      consecutive &= first[i] == first[0] + int(i);
+    }
+  }
+
+  /// Columns from the first tap to the last.
+  int reach() const { return first.back() - first.front() + int(taps); }
+
+  /// Of columns from the first tap on, what the voxels are interpolated to.
+  void filter(const double* from, Row& to) const {
+    to = {};
+    for (std::size_t k = 0; k < taps; ++k)
+      if (consecutive)
+        for (std::size_t i = 0; i < 8; ++i) to[i] += weights[k][i] * from[i + k];
+      else
+        for (std::size_t i = 0; i < 8; ++i)
+          to[i] += weights[k][i] * from[std::size_t(first[i] - first[0]) + k];
   }
 };
 
@@ -44,23 +66,20 @@ struct Piece {
 class Columns {
  public:
   /// Makes `own`, depths from the start of each dark brick, depths of the piece's tiles from the
-  /// light on, ordered by slice, axis_v fastest. Returns the rest of `own`, which is not of this
-  /// piece.
+  /// light on, each ordered as a brick's. Returns the rest of `own`, which is not of this piece.
   std::span<const double> join(const Piece& piece, std::span<const double> own, double* depths) {
     const std::size_t count = piece.end - piece.first;
     std::vector<Carry*> carries;
-    std::vector<Starts> starts(count);
+    std::vector<const double*> starts(count, nullptr);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t tile = piece.first + i;
       carries.push_back(&carries_[piece.slab->tiles()[tile]]);
-      for (int brick = 0; brick < 4; ++brick) {
-        if (!piece.slab->is_dark(tile, brick)) continue;
-        starts[i][std::size_t(brick)] = own.data();
-        own = own.subspan(lattice_depths_of_brick);
-      }
+      if (!piece.slab->is_dark(tile)) continue;
+      starts[i] = own.data();
+      own = own.subspan(lattice_depths_of_brick);
     }
     tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-      add(*carries[i], starts[i], depths + i * tile_depths);
+      add(*carries[i], starts[i], depths + i * lattice_depths_of_brick);
     });
     return own;
   }
@@ -82,19 +101,18 @@ class Columns {
   }
 
  private:
-  using Carry = std::array<double, tile_columns>;
-  using Starts = std::array<const double*, 4>;  ///< of a tile's bricks; null: not dark
+  using Carry = std::array<double, lattice_columns * lattice_columns>;
 
-  static void add(Carry& carry, const Starts& starts, double* to) {
-    for (int column = 0; column < tile_columns; ++column) {
-      const int u = column >> 3, v = column & 7, inside = (u & 3) * lattice_columns + (v & 3);
-      const double* own = starts[std::size_t(2 * (u >> 2) + (v >> 2))];
-      double& carried = carry[std::size_t(column)];
-      for (int slice = 0; slice < lattice_slices; ++slice)
-        to[slice * tile_columns + column] =
-            own ? carried + own[inside * lattice_slices + slice] : carried;
-      carried = to[(lattice_slices - 1) * tile_columns + column];
+  /// `own` is null where nothing attenuates.
+  static void add(Carry& carry, const double* own, double* to) {
+    for (int slice = 0; slice < lattice_slices; ++slice, to += carry.size()) {
+      if (own)
+        std::ranges::transform(carry, std::span(own, carry.size()), to, std::plus());
+      else
+        std::ranges::copy(carry, to);
+      if (own) own += carry.size();
     }
+    std::copy_n(to - carry.size(), carry.size(), carry.begin());
   }
 
   std::unordered_map<glm::ivec2, Carry, ColumnHash> carries_;
@@ -119,51 +137,43 @@ class BlockDepths {
   }
 
  private:
-  /// Depths of columns [first, last] of slice n, axis_v fastest.
+  /// Depths of the columns from `first` on, axis_v fastest.
   void gather(int n, const glm::ivec2& first, const glm::ivec2& size) {
     patch_.resize(std::size_t(size.x) * std::size_t(size.y));
+    const glm::ivec2 tiles = range_.size(), end = first + size;
     double* to = patch_.data();
-    const glm::ivec2 tiles = range_.size();
-    for (int i = first.x; i < first.x + size.x; ++i) {
+    for (int i = first.x; i < end.x; ++i) {
       const int row = ((i >> 3) - range_.min.x) * tiles.y - range_.min.y;
-      for (int j = first.y; j < first.y + size.y; ++j)
-        *to++ = tiles_[std::size_t(row + (j >> 3))][(n * 8 + (i & 7)) * 8 + (j & 7)];
+      for (int j = first.y, next = j; j < end.y; j = next) {
+        next = std::min((j | 7) + 1, end.y);
+        const double* tile = tiles_[std::size_t(row + (j >> 3))];
+        to = std::copy_n(tile + (n * 8 + (i & 7)) * 8 + (j & 7), next - j, to);
+      }
     }
   }
 
   void write_slice(int n, double* to) {
     const int slice = first_slice_ + n;
-    std::array<Tap, 8> u, v;
     const glm::dvec2 corner(frame_.across(block_));
-    for (std::size_t i = 0; i < 8; ++i) {
-      const glm::dvec2 column = frame_.column(corner + double(i), slice);
-      u[i] = Tap(column.x);
-      v[i] = Tap(column.y);
-    }
-    const glm::ivec2 first(u.front().first, v.front().first);
-    const glm::ivec2 size = glm::ivec2(u.back().first, v.back().first) + taps - first;
-    gather(n, first, size);
-    rows_.resize(std::size_t(size.x) * 8);
-    for (int i = 0; i < size.x; ++i)
-      for (int y = 0; y < 8; ++y)
-        rows_[std::size_t(8 * i + y)] =
-            filtered(patch_.data() + i * size.y, 1, first.y, v[std::size_t(y)]);
+    const auto column = [&](int k) { return frame_.column(corner + double(k), slice); };
+    const Taps u([&](int k) { return column(k).x; }), v([&](int k) { return column(k).y; });
+    const glm::ivec2 size(u.reach(), v.reach());
+    gather(n, {u.first[0], v.first[0]}, size);
+    rows_.resize(std::size_t(size.x));
+    for (int i = 0; i < size.x; ++i) v.filter(patch_.data() + i * size.y, rows_[std::size_t(i)]);
     glm::ivec3 voxel;
     voxel[frame_.axis] = frame_.side > 0 ? 7 - n : n;
-    for (int x = 0; x < 8; ++x)
+    for (int x = 0; x < 8; ++x) {
+      const Row* from = &rows_[std::size_t(u.first[std::size_t(x)] - u.first[0])];
+      Row sum{};
+      for (std::size_t k = 0; k < taps; ++k)
+        for (std::size_t y = 0; y < 8; ++y) sum[y] += u.weights[k][std::size_t(x)] * from[k][y];
       for (int y = 0; y < 8; ++y) {
         voxel[frame_.axis_u] = x;
         voxel[frame_.axis_v] = y;
-        to[(voxel.x * 8 + voxel.y) * 8 + voxel.z] =
-            filtered(rows_.data() + y, 8, first.x, u[std::size_t(x)]);
+        to[(voxel.x * 8 + voxel.y) * 8 + voxel.z] = sum[std::size_t(y)];
       }
-  }
-
-  static double filtered(const double* values, int stride, int first, const Tap& tap) {
-    const double* from = values + (tap.first - first) * stride;
-    double sum = 0;
-    for (int k = 0; k < taps; ++k) sum += tap.weights[std::size_t(k)] * from[k * stride];
-    return sum;
+    }
   }
 
   const LatticeFrame& frame_;
@@ -171,7 +181,8 @@ class BlockDepths {
   glm::ivec3 block_;
   int first_slice_;
   std::vector<const double*> tiles_;  ///< of range_, axis_v fastest
-  std::vector<double> patch_, rows_;
+  std::vector<double> patch_;         ///< of columns, axis_v fastest
+  std::vector<Row> rows_;             ///< at voxels along axis_v
 };
 
 /// For each tile that wanted blocks are interpolated from, the first slice of the last such slab.
@@ -215,7 +226,7 @@ struct LatticeRun::Impl {
         pieces.push_back({&slab, i, i});
         bricks = 0;
       }
-      for (int brick = 0; brick < 4; ++brick) bricks += slab.is_dark(i, brick);
+      bricks += slab.is_dark(i);
       pieces.back().end = i + 1;
     }
     return pieces;
@@ -233,10 +244,10 @@ struct LatticeRun::Impl {
         row = std::move(unused.back());
         unused.pop_back();
       }
-      row.resize(std::max(row.size(), (end - i) * tile_depths));
+      row.resize(std::max(row.size(), (end - i) * lattice_depths_of_brick));
       own = columns.join({&slab, i, end}, own, row.data());
       for (std::size_t tile = i; tile < end; ++tile)
-        slab.set_depths(tile, row.data() + (tile - i) * tile_depths);
+        slab.set_depths(tile, row.data() + (tile - i) * lattice_depths_of_brick);
     }
     const std::vector<std::uint32_t>& wanted = slab.slab().wanted;
     const auto range = [&](std::size_t i) {
@@ -273,7 +284,8 @@ LatticeRun::LatticeRun(LatticeRun&&) noexcept = default;
 double LatticeRun::bytes(const LatticeFrame& frame) {
   const glm::dvec2 size(frame.across(frame.domain.max - frame.domain.min + 17));
   const glm::dvec2 tiles = size / (8 * frame.spacing) + 3.0;
-  constexpr double entry = tile_columns * sizeof(double) + 48;  // with a map's own
+  constexpr double entry =
+      lattice_columns * lattice_columns * sizeof(double) + 48;  // with a map's own
   return 2 * tiles.x * tiles.y * entry;                         // forget() lets them double
 }
 
@@ -302,8 +314,7 @@ void LatticeRun::go_on(int end, const LatticeColumns& columns, const Progress& p
     for (const Piece& piece : impl.pieces_of(open.back())) {
       batch.push_back(piece);
       for (std::size_t i = piece.first; i < piece.end; ++i)
-        for (int brick = 0; brick < 4; ++brick)
-          if (piece.slab->is_dark(i, brick)) bricks.push_back(piece.slab->brick(i, brick));
+        if (piece.slab->is_dark(i)) bricks.push_back(piece.slab->brick(i));
       if (bricks.size() >= bricks_at_once) flush();
     }
     if (progress && batch.empty()) progress(double(impl.next + 1) / double(slabs.size()));

@@ -45,10 +45,6 @@ class LightSlabs {
 
 namespace psivox::light_tiles {
 
-/// A tile is four bricks, 8 x 8 columns: as wide as blocks of voxels.
-constexpr int tile_columns = 64, tile_depths = 512;
-static_assert(tile_columns == 4 * lattice_columns * lattice_columns);
-
 /// A hash of a tile's numbers.
 struct ColumnHash {
   std::size_t operator()(const glm::ivec2& v) const {
@@ -58,7 +54,8 @@ struct ColumnHash {
   }
 };
 
-/// Tiles or bricks across the light by their numbers, both ends inclusive.
+/// Tiles across the light by their numbers, both ends inclusive. A tile is the columns of a brick,
+/// which are as many as the voxels of a block.
 struct TileRange {
   glm::ivec2 min, max;
   glm::ivec2 size() const { return max - min + 1; }
@@ -81,12 +78,10 @@ class SlabTiles {
   int first_slice() const { return slab_.first_slice; }
   const LightSlab& slab() const { return slab_; }
   const std::vector<glm::ivec2>& tiles() const { return tiles_; }
-  bool is_dark(std::size_t tile, int brick) const {
-    return dark_.empty() || (dark_[tile] >> brick & 1) != 0;
-  }
-  LatticeBrick brick(std::size_t tile, int number) const {
-    return {8 * tiles_[tile].x + 4 * (number >> 1), 8 * tiles_[tile].y + 4 * (number & 1),
-            slab_.first_slice};
+  /// Whether something attenuates in a tile's brick.
+  bool is_dark(std::size_t tile) const { return dark_.empty() || dark_[tile]; }
+  LatticeBrick brick(std::size_t tile) const {
+    return {lattice_columns * tiles_[tile], slab_.first_slice};
   }
   /// Depths of a tile whose row has them.
   const double* depths(const glm::ivec2& tile) const {
@@ -100,15 +95,14 @@ class SlabTiles {
  private:
   void find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
                   const TileNumbers* last, bool from_light);
-  /// Finds which bricks are dark, if octants are known.
+  /// Finds which tiles are dark, if octants are known.
   void find_dark(const LatticeFrame& frame);
   bool is_needed(const glm::ivec2& tile, const TileNumbers* last) const;
 
   const LightSlab& slab_;
-  std::vector<glm::ivec2> tiles_;  ///< in numbers of tiles, each once, row by row
-  TileNumbers index_;              ///< of tiles_
-  /// For each tile, a bit for each brick in which something attenuates; empty: not known.
-  std::vector<std::uint8_t> dark_;
+  std::vector<glm::ivec2> tiles_;      ///< in numbers of tiles, each once, row by row
+  TileNumbers index_;                  ///< of tiles_
+  std::vector<bool> dark_;             ///< each tile; empty: not known
   std::vector<const double*> depths_;  ///< of each tile, while its row has them
 };
 

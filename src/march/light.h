@@ -78,8 +78,8 @@ struct LatticeFrame;
 /// A brick of it: the numbers of its first column and its first slice.
 using LatticeBrick = glm::ivec3;
 
-/// Optical depths along the columns of bricks, each from the slice before the brick's first:
-/// columns, axis_v fastest, of slices, which follow each other.
+/// Optical depths along the columns of bricks, each from the slice before the brick's first: of
+/// slices, which follow each other, at the brick's columns, axis_v fastest.
 using LatticeColumns =
     std::function<void(std::span<const LatticeBrick> bricks, std::span<double> depths)>;
 
@@ -121,11 +121,10 @@ class LitLuminance {
 
  private:
   double phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const;
-  /// What arrives of a beam's light at a voxel, times its phase: the sum over the octaves. Colour
-  /// is float or dvec3, Real the precision of the exponential.
-  template <typename Colour, typename Real>
-  Colour scattered(const Colour& light, const Beam& beam, const glm::ivec3& voxel,
-                   Real depth) const;
+  /// The parts of a beam's light that arrive at voxels, times their phases: sums over the octaves.
+  /// voxel(i) is the i-th one; Real is the precision of the exponentials.
+  template <typename Real>
+  void scattered(const Beam& beam, const auto& voxel, std::span<const Real> depths, Real* to) const;
   /// Adds a beam to a block's values, which the first that comes sets.
   void add(const Beam& beam, bool first, const glm::ivec3& origin, std::span<const double> depths,
            float* to) const;

@@ -7,7 +7,6 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/vector_relational.hpp>
 #include <memory>
 
 #include "field/index_space.h"
@@ -32,13 +31,14 @@ struct Point {
 /// What all columns of a brick meet at a time.
 template <typename Real>
 struct Points {
-  std::array<Real, count> value{}, attenuation{};
-  std::array<bool, count> vacuum{};
-  bool any_vacuum = false;
+  std::array<Real, count> value, attenuation;
+  std::array<bool, count> stored;
+  bool all_stored = true;
 
   Point<Real> of(std::size_t column) const {
-    return {value[column], attenuation[column], vacuum[column]};
+    return {value[column], attenuation[column], !is_stored(column)};
   }
+  bool is_stored(std::size_t column) const { return all_stored || stored[column]; }
 };
 
 /// A function as a constant and ramps, each 0 up to its knot and linear from there on.
@@ -95,7 +95,7 @@ class Integration {
     }
   }
 
-  /// Depths of a brick's columns, axis_v fastest, at its slices, which follow each other.
+  /// Depths of a brick at its slices, which follow each other: of its columns, axis_v fastest.
   void depths(const LatticeBrick& brick, double* to) {
     const Window window = window_of(brick);
     if (!density_.gather(window)) {
@@ -103,10 +103,12 @@ class Integration {
       return;
     }
     if (march_.with_gradient) knows_slope_ = gradient_.gather(window);
-    if (inside_across(brick)) return integrate_all(brick, to);
-    for (int column = 0; column < count; ++column)
-      integrate(brick, column / lattice_columns, column % lattice_columns,
-                to + column * lattice_slices);
+    integrate_all(brick, to);
+    const std::array inside_u = inside_along(brick, 0), inside_v = inside_along(brick, 1);
+    for (int i = 0; i < lattice_columns; ++i)
+      for (int j = 0; j < lattice_columns; ++j)
+        if (!inside_u[std::size_t(i)] || !inside_v[std::size_t(j)])
+          integrate(brick, i, j, to + i * lattice_columns + j);
   }
 
  private:
@@ -159,27 +161,34 @@ class Integration {
   }
 
   void find_points(const LatticeBrick& brick, double t, Points<Real>& points) {
-    Places& places = places_;
-    places.along = place_along(t);
-    for (int k = 0; k < lattice_columns; ++k) {
-      const glm::dvec2 at = across(brick, k, k, t);
-      places.u[std::size_t(k)] = place(at.x, frame_.axis_u);
-      places.v[std::size_t(k)] = place(at.y, frame_.axis_v);
-    }
-    density_.at(places, points.value.data());
-    points.any_vacuum = false;
-    if (!density_.all_stored())
-      for (std::size_t c = 0; c < count; ++c) {
-        points.vacuum[c] = !density_.has(places.along, places.u[c / lattice_columns],
-                                         places.v[c % lattice_columns]);
-        points.any_vacuum |= points.vacuum[c];
-      }
+    const glm::dvec2 first = across(brick, 0, 0, t);
+    const auto places = [&](double at, int axis) {
+      return Places<Real>(at, frame_.spacing, frame_.domain.min[axis], frame_.domain.max[axis]);
+    };
+    const Place along = place_along(t);
+    const Places<Real> u = places(first.x, frame_.axis_u), v = places(first.y, frame_.axis_v);
+    density_.at(along, u, v, points.value.data());
+    points.all_stored = density_.all_stored() || density_.has(along, u, v, points.stored.data());
     if (by_function_) return;
-    for (std::size_t c = 0; c < count; ++c)
-      points.attenuation[c] = points.vacuum[c] ? 0
-                                               : attenuation(points.value[c], places.along,
-                                                             places.u[c / lattice_columns],
-                                                             places.v[c % lattice_columns]);
+    if (!march_.with_gradient)
+      points.attenuation = points.value;
+    else
+      find_attenuation(brick, t, points);
+    if (!points.all_stored)
+      for (std::size_t c = 0; c < count; ++c)
+        if (!points.stored[c]) points.attenuation[c] = 0;
+  }
+
+  void find_attenuation(const LatticeBrick& brick, double t, Points<Real>& points) {
+    const Place along = place_along(t);
+    for (int i = 0; i < lattice_columns; ++i)
+      for (int j = 0; j < lattice_columns; ++j) {
+        const auto c = std::size_t(i * lattice_columns + j);
+        const glm::dvec2 at = across(brick, i, j, t);
+        if (points.is_stored(c))
+          points.attenuation[c] = attenuation(points.value[c], along, place(at.x, frame_.axis_u),
+                                              place(at.y, frame_.axis_v));
+      }
   }
 
   Real by_value(const Point<Real>& point) {
@@ -206,46 +215,55 @@ class Integration {
   /// Adds `scale` times the means to the depths.
   void add_means(const Points<Real>& front, const Points<Real>& middle, const Points<Real>& back,
                  Real scale, std::array<Real, count>& depths) {
-    const bool known = !front.any_vacuum && !middle.any_vacuum && !back.any_vacuum;
-    if (by_function_ && march_.ramps && known) {
-      ramps_.add_means(front.value, middle.value, Real(0.5) * scale, depths);
-      ramps_.add_means(middle.value, back.value, Real(0.5) * scale, depths);
+    if (!by_function_) {
+      for (std::size_t c = 0; c < count; ++c)
+        depths[c] +=
+            scale / 6 * (front.attenuation[c] + 4 * middle.attenuation[c] + back.attenuation[c]);
       return;
     }
-    for (std::size_t c = 0; c < count; ++c)
-      depths[c] += scale * mean(front.of(c), middle.of(c), back.of(c));
+    std::array<Real, count> means{};
+    if (march_.ramps) {
+      ramps_.add_means(front.value, middle.value, Real(0.5) * scale, means);
+      ramps_.add_means(middle.value, back.value, Real(0.5) * scale, means);
+    }
+    if (!march_.ramps || !front.all_stored || !middle.all_stored || !back.all_stored)
+      for (std::size_t c = 0; c < count; ++c)
+        if (!march_.ramps || !front.is_stored(c) || !middle.is_stored(c) || !back.is_stored(c))
+          means[c] = scale * mean(front.of(c), middle.of(c), back.of(c));
+    for (std::size_t c = 0; c < count; ++c) depths[c] += means[c];
   }
 
-  /// Whether none of a brick's columns crosses a face of the domain that lies along the axis.
-  bool inside_across(const LatticeBrick& brick) const {
-    const glm::dvec2 low = glm::dvec2(frame_.across(clip_.min)),
-                     high = glm::dvec2(frame_.across(clip_.max));
-    constexpr int last = lattice_columns - 1;
-    for (const double t : {brick.z - 1.0, brick.z + 7.0})
-      if (glm::any(glm::lessThan(across(brick, 0, 0, t), low)) ||
-          glm::any(glm::greaterThan(across(brick, last, last, t), high)))
-        return false;
-    return true;
+  /// Which of a brick's columns, by their numbers along u (0) or v (1), cross no face of the domain
+  /// that lies along the axis.
+  std::array<bool, lattice_columns> inside_along(const LatticeBrick& brick, int axis) const {
+    const int low = frame_.across(clip_.min)[axis], high = frame_.across(clip_.max)[axis];
+    std::array<bool, lattice_columns> inside;
+    for (int k = 0; k < lattice_columns; ++k) {
+      const double a = across(brick, k, k, brick.z - 1.0)[axis],
+                   b = across(brick, k, k, brick.z + 7.0)[axis];
+      inside[std::size_t(k)] = std::min(a, b) >= low && std::max(a, b) <= high;
+    }
+    return inside;
   }
 
-  /// All columns at once, where they enter and leave the domain at slices, if at all.
+  /// All columns at once, as if they entered and left the domain at slices, if at all.
   void integrate_all(const LatticeBrick& brick, double* to) {
     const int a = frame_.slice(clip_.min[frame_.axis]), b = frame_.slice(clip_.max[frame_.axis]);
     const int begin = std::max(std::min(a, b), brick.z - 1), end = std::max(a, b);
     std::array<Real, count> depths{};
-    Points<Real> front, middle, back;
-    if (begin < std::min(brick.z + 7, end)) find_points(brick, begin, front);
-    for (int n = 0; n < lattice_slices; ++n) {
+    Points<Real> some, middle, others;
+    Points<Real>*front = &some, *back = &others;
+    if (begin < std::min(brick.z + 7, end)) find_points(brick, begin, *front);
+    for (int n = 0; n < lattice_slices; ++n, to += count) {
       const int slice = brick.z + n;
       for (int part = 0; part < parts_ && slice > begin && slice <= end; ++part) {
         const double length = 1.0 / parts_, from = slice - 1 + part * length;
         find_points(brick, from + 0.5 * length, middle);
-        find_points(brick, from + length, back);
-        add_means(front, middle, back, Real(scale_ * length), depths);
+        find_points(brick, from + length, *back);
+        add_means(*front, middle, *back, Real(scale_ * length), depths);
         std::swap(front, back);
       }
-      for (std::size_t c = 0; c < count; ++c)
-        to[c * lattice_slices + std::size_t(n)] = double(depths[c]);
+      std::copy_n(depths.begin(), count, to);
     }
   }
 
@@ -260,6 +278,7 @@ class Integration {
     return interval_in(clip_.min, clip_.max, from, way);
   }
 
+  /// One column, at slices that are `count` depths apart.
   void integrate(const LatticeBrick& brick, int i, int j, double* to) {
     const glm::dvec2 in = inside(brick, i, j);
     const double begin = in.x, end = in.y;
@@ -276,14 +295,13 @@ class Integration {
         front = back;
         t = next;
       }
-      to[n] = depth;
+      to[n * count] = depth;
     }
   }
 
   const LatticeFrame& frame_;
   glsl::AtlasMarch march_;
   Values<Real> density_, gradient_;
-  Places places_;             ///< that are looked up
   bool knows_slope_ = false;  ///< whether the gradient has values in the brick's window
   bool by_function_;
   /// That a column is integrated in from slice to slice. Look-ups along a column are as near as
@@ -303,7 +321,7 @@ LatticeColumns light_columns(const LatticeFrame& frame, const View& view, const 
   const auto setup =
       std::make_shared<const MarchSetup>(make_march_setup(light_march(view, beam), atlas));
   return [&frame, &atlas, setup](std::span<const LatticeBrick> bricks, std::span<double> depths) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 32), [&](const auto& some) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 8), [&](const auto& some) {
       columns::Integration<Real> integration(frame, *setup, atlas);
       for (std::size_t i = some.begin(); i != some.end(); ++i)
         integration.depths(bricks[i], depths.data() + i * lattice_depths_of_brick);

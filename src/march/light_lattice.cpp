@@ -134,14 +134,14 @@ TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block, int first
 
 namespace {
 
-/// Bricks with columns that pass through an octant.
-TileRange bricks_through(const LatticeFrame& frame, const Octant& octant) {
+/// Tiles with columns that pass through an octant.
+TileRange tiles_through(const LatticeFrame& frame, const Octant& octant) {
   constexpr double rounding = 1e-3;  // of float32
   const glm::dvec2 low(frame.across(octant.corner)), high = low + 4.0;
   const glm::dvec2 a = frame.column(low, octant.slice), b = frame.column(low, octant.slice + 4);
   const glm::dvec2 c = frame.column(high, octant.slice), d = frame.column(high, octant.slice + 4);
-  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 2,
-          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 2};
+  return {glm::ivec2(glm::ceil(glm::min(a, b) - rounding)) >> 3,
+          glm::ivec2(glm::floor(glm::max(c, d) + rounding)) >> 3};
 }
 
 }  // namespace
@@ -178,11 +178,11 @@ void SlabTiles::find_dark(const LatticeFrame& frame) {
   if (slab_.octants.empty()) return;
   dark_.resize(tiles_.size());
   for (const Octant& octant : slab_.octants) {
-    const TileRange range = bricks_through(frame, octant);
+    const TileRange range = tiles_through(frame, octant);
     for (int x = range.min.x; x <= range.max.x; ++x)
       for (int y = range.min.y; y <= range.max.y; ++y)
-        if (const auto tile = index_.find({x >> 1, y >> 1}); tile != index_.end())
-          dark_[std::size_t(tile->second)] |= std::uint8_t(1 << (2 * (x & 1) + (y & 1)));
+        if (const auto tile = index_.find({x, y}); tile != index_.end())
+          dark_[std::size_t(tile->second)] = true;
   }
 }
 

@@ -12,7 +12,7 @@
 namespace psivox {
 
 /// Columns of a brick along each axis across the light, and its slices.
-inline constexpr int lattice_columns = 4, lattice_slices = 8;
+inline constexpr int lattice_columns = 8, lattice_slices = 8;
 /// Largest distance between columns [voxels].
 inline constexpr int widest_spacing = 4;
 /// Depths of a brick.

@@ -20,7 +20,8 @@ constexpr std::size_t points_per_ray = 16;
 /// Rays of the picture that are looked at, about. Where the errors of n voxels average along a ray,
 /// the points' noise makes the mean square uncertain by sqrt(2) n / 16 / sqrt(400): a quarter of it
 /// for 50 voxels.
-constexpr double most_light_rays = 400, fewest_light_rays = 64;
+/// Of a picture of less than 80x80 one ray in 16 is looked at.
+constexpr double most_light_rays = 400, fewest_light_rays = 64, small_share = 16;
 
 /// What lies behind this transmittance is not looked at.
 constexpr double least_transmittance = 1e-6, most_depth = 14;
@@ -116,7 +117,9 @@ LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& lumin
     : view_(view), exact_(std::move(exact)), luminance_(luminance), share_(share) {
   // the errors of many beams average
   const double beams = double(luminance.beams().size());
-  place_points(std::max(most_light_rays / beams, fewest_light_rays));
+  const double pixels = double(view.scene.resolution.x) * view.scene.resolution.y;
+  place_points(
+      std::max(std::min(most_light_rays, pixels / small_share) / beams, fewest_light_rays));
   truth_ = exact_light(luminance);
 }
 
@@ -164,13 +167,15 @@ void LightPilot::place_points(double rays) {
 }
 
 std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) const {
+  // what no float32 has beside the beam
+  const double no_more = transmittance_of(0x1p-24, view_.scene.scatter_octaves);
   std::vector<Known> light;
   light.reserve(voxels_.size());
   for (const glm::ivec3& voxel : voxels_)
     light.push_back(share_.voxels.contains(voxel) ? Known{luminance.own(voxel), true} : Known{});
   for (std::size_t b = 0; b < luminance.beams().size(); ++b) {
     Beam exact = luminance.beams()[b];
-    exact.method = {};
+    exact.method = {.termination = no_more};
     const std::vector<double> depths = exact_(exact, voxels_);
     for (std::size_t i = 0; i < voxels_.size(); ++i)
       if (light[i].known) light[i].light += luminance.share(b, voxels_[i], depths[i]);

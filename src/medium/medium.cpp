@@ -198,6 +198,20 @@ void resolve(const MediumFields& fields, View& view) {
 
 }  // namespace
 
+std::optional<KnownSubject> KnownSubject::of(const View& view) {
+  const Medium& medium = view.medium;
+  if (!medium.emission.empty() || !medium.others.empty()) return {};
+  return KnownSubject{medium.density, medium.transfer, view.scene.mode, medium.isovalue,
+                      view.subject};
+}
+
+bool KnownSubject::serves(const Medium& medium, Mode seen_by) const {
+  const bool same_function =
+      transfer && medium.transfer ? *transfer == *medium.transfer : transfer == medium.transfer;
+  return density.lock() == medium.density && same_function && mode == seen_by &&
+         isovalue == medium.isovalue && medium.emission.empty() && medium.others.empty();
+}
+
 View make_view(const Scene& scene, const VdbFile& file) {
   validate(scene);
   return make_view(scene, read_fields(scene, file));
@@ -227,12 +241,15 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   Scene complete = scene;
   read_volumes(scene, fields);
   view.medium.others = further_volumes(view.medium, fields, complete);
-  auto subject =
-      std::make_shared<Subject>(subject_of(view.medium, scene.mode, fields.weights.get()));
-  subject->z_up = fields.z_up;
-  view.subject = subject;
-  view.scene = with_planes(complete, *subject);
-  view.camera = make_camera(view.scene, *subject);
+  if (fields.subject && fields.subject->serves(view.medium, scene.mode)) {
+    view.subject = fields.subject->subject;
+  } else {
+    Subject subject = subject_of(view.medium, scene.mode, fields.weights.get());
+    subject.z_up = fields.z_up;
+    view.subject = std::make_shared<const Subject>(std::move(subject));
+  }
+  view.scene = with_planes(complete, *view.subject);
+  view.camera = make_camera(view.scene, *view.subject);
   resolve(fields, view);
   if (fields.drawn) view.medium.density = fields.drawn;
   return view;
