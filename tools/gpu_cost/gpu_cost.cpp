@@ -1,7 +1,6 @@
-// gpu_cost [--assets DIR] [--check] [SCENE.json|FILE.vdb ...]: what psivox's programs cost on GPUs,
-// without one: RADV compiles them for AMD's. Prints a table of listed programs; with scenes, what
-// the model predicts for their pictures of 1920x1080 at a tolerance of 1e-3. --check prints nothing
-// but faults: a program that glslang refuses, spills, or registers far above the list's.
+// gpu_cost [--assets DIR] [--check]: what psivox's programs cost on GPUs, without one: RADV
+// compiles them for AMD's. Prints a table of listed programs. --check prints nothing but faults: a
+// program that glslang refuses, spills, or registers far above the list's.
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -10,7 +9,6 @@
 #include <sstream>
 
 #include "base/stopwatch.h"
-#include "base/text_file.h"
 #include "programs.h"
 #include "psivox/parameters.h"
 
@@ -22,26 +20,6 @@ using namespace psivox::gpu_cost;
 constexpr int skipped = 77;        // ctest's code for a test that cannot run here
 constexpr int more_registers = 8;  // than the list's are allowed: one granule of the hardware's
 const char* const families[] = {"navi21", "gfx1100"};
-
-// --- the model
-
-/// A GPU as the model sees it.
-struct Card {
-  std::string name;
-  std::string family;  ///< of RADV, whose code is counted
-  int units = 0;       ///< compute units, or multiprocessors
-  int lanes = 0;       ///< float32 instructions of a unit a clock
-  int fetches = 0;     ///< texels of a unit a clock
-  double clock = 0;    ///< [Hz]
-};
-
-// NVIDIA's: code of navi21 in place of its own.
-const Card cards[] = {
-    {"Radeon RX 6800 XT", "navi21", 72, 64, 4, 2.25e9},
-    {"Radeon RX 7900 XTX", "gfx1100", 96, 64, 4, 2.5e9},
-    {"GeForce RTX 3060", "navi21", 28, 128, 4, 1.78e9},
-    {"GeForce RTX 4090", "navi21", 128, 128, 4, 2.52e9},
-};
 
 /// Instructions that a wave executes in one turn of the march's loop if it skips none.
 struct TurnCost {
@@ -124,26 +102,6 @@ TurnCost turn_cost(const std::string& assembly) {
   return cost;
 }
 
-/// What bounds a picture on a card. The prediction is the larger of the two: where neither waits
-/// for the other a GPU does both at a time.
-struct Prediction {
-  double arithmetic_ms = 0;
-  double fetch_ms = 0;
-  double look_ups_per_second = 0;
-  double ms() const { return arithmetic_ms > fetch_ms ? arithmetic_ms : fetch_ms; }
-};
-
-/// Predicts a picture of `count` rays whose waves execute every instruction of every turn.
-Prediction predict(const Card& card, const TurnCost& turn, const RayCounts& rays, double count) {
-  const double turns = rays.wave_turns * count;
-  const double clocks = double(card.units) * card.clock;
-  Prediction p;
-  p.arithmetic_ms = 1e3 * turns * turn.lane_clocks() / (clocks * card.lanes);
-  p.fetch_ms = 1e3 * turns * turn.fetches / (clocks * card.fetches);
-  p.look_ups_per_second = rays.look_ups * count / (1e-3 * p.ms());
-  return p;
-}
-
 // --- programs
 
 Scene scene_of(const Listed& program, const std::filesystem::path& assets) {
@@ -157,7 +115,7 @@ Scene scene_of(const Listed& program, const std::filesystem::path& assets) {
 
 /// The listed program, found among the programs of its scene.
 Program find_program(const Listed& listed, const std::filesystem::path& assets) {
-  for (Program& program : programs_of(scene_of(listed, assets), false))
+  for (Program& program : programs_of(scene_of(listed, assets)))
     if (program.shader == listed.shader) return program;
   throw std::runtime_error("'" + listed.name + "' needs no " + listed.shader);
 }
@@ -225,61 +183,25 @@ int check_all(const std::filesystem::path& assets) {
   return check_programs(*device, assets) ? 1 : 0;
 }
 
-Scene asked_scene(const std::string& path) {
-  Scene scene;
-  if (path.ends_with(".json"))
-    scene = scene_from_json(read_text(path, "scene"), path);
-  else
-    scene.input = path;
-  scene.resolution = {1920, 1080};
-  scene.tolerance = 1e-3;
-  return scene;
-}
-
-void predict_picture(const std::string& path) {
-  const Scene scene = asked_scene(path);
-  const Program program = programs_of(scene, true).back();
-  const double rays = double(scene.resolution.x) * scene.resolution.y;
-  std::printf("\n%s: %.1f look-ups and %.1f turns a ray, %.1f turns a wave\n\n", path.c_str(),
-              program.rays.look_ups, program.rays.turns, program.rays.wave_turns);
-  std::printf(
-      "| card | arithmetic [ms] | fetches [ms] | predicted [ms] | look-ups/s |\n"
-      "|---|---|---|---|---|\n");
-  const Module module = fragment_of(program.text);
-  for (const char* family : families) {
-    const TurnCost turn = turn_cost(NullDevice(family).compile(module).assembly);
-    for (const Card& card : cards) {
-      if (card.family != family) continue;
-      const Prediction p = predict(card, turn, program.rays, rays);
-      std::printf("| %s | %.2f | %.2f | %.2f | %.1fe9 |\n", card.name.c_str(), p.arithmetic_ms,
-                  p.fetch_ms, p.ms(), 1e-9 * p.look_ups_per_second);
-    }
-  }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   std::string assets = "assets";
   bool check = false;
-  std::vector<std::string> scenes;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     if (argument == "--check") {
       check = true;
     } else if (argument == "--assets" && i + 1 < argc) {
       assets = argv[++i];
-    } else if (argument.starts_with("-")) {
-      std::fprintf(stderr, "usage: gpu_cost [--assets DIR] [--check] [SCENE.json|FILE.vdb ...]\n");
-      return 2;
     } else {
-      scenes.push_back(argument);
+      std::fprintf(stderr, "usage: gpu_cost [--assets DIR] [--check]\n");
+      return 2;
     }
   }
   try {
     if (check) return check_all(assets);
-    if (scenes.empty()) print_table(assets);
-    for (const std::string& scene : scenes) predict_picture(scene);
+    print_table(assets);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "gpu_cost: %s\n", error.what());
     return 1;

@@ -11,7 +11,6 @@
 #include <stdexcept>
 
 #include "gl/march_program.h"
-#include "march/atlas_march.h"
 #include "march/film.h"
 #include "march/march_double.h"
 
@@ -47,35 +46,10 @@ const std::vector<Listed>& listed_programs() {
 
 namespace {
 
-constexpr int block = 8;         ///< side of the pixels of a wave
-constexpr int block_place = 16;  ///< one of so many blocks along each axis is counted
-
-RayCounts count_rays(MarchSetup setup, const MediumAtlas& atlas, const glm::ivec2& size) {
-  glsl::AtlasMarch march(setup, atlas);
-  RayCounts sums;
-  int blocks = 0;
-  for (int y = block * block_place / 2; y < size.y; y += block * block_place)
-    for (int x = block * block_place / 2; x < size.x; x += block * block_place) {
-      int longest = 0;
-      for (int i = 0; i < block * block; ++i) {
-        const auto m = march.march_ray(glm::dvec2(x + i % block, y + i / block));
-        longest = std::max(longest, m.turns);
-        sums.turns += m.turns;
-        sums.look_ups += m.samples;
-      }
-      sums.wave_turns += longest;
-      ++blocks;
-    }
-  const double rays = double(blocks) * block * block;
-  return {sums.turns / rays, sums.look_ups / rays, sums.wave_turns / blocks};
-}
-
 /// A marcher that writes down the programs which it is asked to run. Its light is the march's in
 /// double, so that what follows from it is chosen as on a GPU.
 class Recorder : public Marcher {
  public:
-  explicit Recorder(bool counts) : counts_(counts) {}
-
   std::string description() const override { return "a GPU that is not there"; }
   void upload(const MediumAtlas& atlas, Filter) override { atlas_ = &atlas; }
 
@@ -92,12 +66,7 @@ class Recorder : public Marcher {
   }
 
   RenderResult render(const View& view, const RenderOptions& options) override {
-    RenderOptions counted = options;
-    counted.count = counts_;
     add(make_march_setup(view, *atlas_, options), "march.frag");
-    if (counts_)
-      programs.back().rays =
-          count_rays(make_march_setup(view, *atlas_, counted), *atlas_, view.scene.resolution);
     RenderResult result;
     result.image = Film(view, options).finish(result.stats);
     return result;
@@ -115,7 +84,6 @@ class Recorder : public Marcher {
     programs.push_back({shader, gl::march_source(key, shader).text});
   }
 
-  bool counts_;
   const MediumAtlas* atlas_ = nullptr;
 };
 
@@ -207,8 +175,8 @@ vk::raii::Pipeline make_pipeline(const vk::raii::Device& device, vk::ShaderModul
 
 }  // namespace
 
-std::vector<Program> programs_of(const Scene& scene, bool count_rays) {
-  const auto recorder = std::make_shared<Recorder>(count_rays);
+std::vector<Program> programs_of(const Scene& scene) {
+  const auto recorder = std::make_shared<Recorder>();
   Session(scene).draw(*recorder, {.confirm = false});
   return std::move(recorder->programs);
 }

@@ -20,23 +20,14 @@ struct Listed {
 
 const std::vector<Listed>& listed_programs();
 
-/// Turns of the march's loop and look-ups in bricks, by the march in double.
-struct RayCounts {
-  double turns = 0;       ///< mean of a ray
-  double look_ups = 0;    ///< mean of a ray
-  double wave_turns = 0;  ///< of the longest of 8x8 rays, for which a wave of 64 lanes waits
-};
-
 struct Program {
   std::string shader;
   std::string text;  ///< GLSL, as a GPU's driver gets it
-  RayCounts rays{};  ///< where they were counted
 };
 
 /// Draws a scene's picture on no device at all: returns the programs that a GPU would draw it with,
-/// the picture's last. `count_rays` marches the picture's rays in one of 16x16 blocks of its
-/// pixels.
-std::vector<Program> programs_of(const Scene& scene, bool count_rays);
+/// the picture's last.
+std::vector<Program> programs_of(const Scene& scene);
 
 /// A shader for Vulkan.
 struct Module {
