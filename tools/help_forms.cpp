@@ -15,12 +15,6 @@ using Options = std::span<const HelpOption>;
 
 std::string nothing(Commands) { return {}; }
 
-std::string names_of(Commands commands) {
-  std::string names;
-  for (const HelpCommand& command : commands) names += command.name + " ";
-  return names;
-}
-
 // --- manual pages in roff: psivox(1), psivox-render(1) and so on
 
 /// Text in roff: a `-` of an option is no hyphen, and no line begins with a request.
@@ -140,7 +134,7 @@ std::string bash_after(Commands commands) {
          "  if [[ $current == '=' ]]; then current=\n"
          "  elif [[ $previous == '=' ]]; then previous=${COMP_WORDS[COMP_CWORD-2]}; fi\n"
          "  if ((COMP_CWORD == 1)); then words=" +
-         shell_word(names_of(commands) + "--help --version") +
+         shell_word(joined(names_in(commands, &HelpCommand::name), " ") + " --help --version") +
          "\n"
          "  elif declare -F \"_psivox_${COMP_WORDS[1]}\" >/dev/null; then "
          "\"_psivox_${COMP_WORDS[1]}\"; fi\n"

@@ -6,7 +6,6 @@
 #include <regex>
 #include <set>
 
-#include "app/command_text.h"
 #include "base/text.h"
 #include "psivox/parameters.h"
 #include "study/page.h"

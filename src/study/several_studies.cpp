@@ -5,7 +5,6 @@
 
 #include "base/text.h"
 #include "base/text_file.h"
-#include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "study/page.h"

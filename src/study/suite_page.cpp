@@ -1,7 +1,6 @@
 // The precision suite's tables, plots and page.
 
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 #include <set>
 

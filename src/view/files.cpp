@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <sstream>
+#include <fstream>
 
 #include "base/text_file.h"
 #include "psivox/error.h"
@@ -97,14 +97,9 @@ fs::path list_file() {
 
 std::vector<std::string> recent_files() {
   std::vector<std::string> files;
-  std::error_code missing;
-  if (!fs::exists(list_file(), missing)) return files;
-  try {
-    std::istringstream lines(read_text(list_file().string(), "list of recent files"));
-    for (std::string line; files.size() < kept && std::getline(lines, line);)
-      if (!line.empty()) files.push_back(line);
-  } catch (const Error&) {
-  }
+  std::ifstream list(list_file());
+  for (std::string line; files.size() < kept && std::getline(list, line);)
+    if (!line.empty()) files.push_back(line);
   return files;
 }
 

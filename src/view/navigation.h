@@ -41,12 +41,12 @@ class Navigation {
   void look(Axis axis, bool opposite);
   /// Looks along a plane's normal, from the side that is nearer. Keeps the pivot and its distance.
   void face(const glm::dvec3& normal);
-  const glm::dvec3& forward() const { return forward_; }
+  const glm::dvec3& forward() const { return camera_.forward; }
   /// Perspective or orthographic; the plane through the pivot keeps its size.
   void toggle_projection();
   /// The point that orbits turn around; the picture stays.
-  void set_pivot(const glm::dvec3& point) { pivot_ = point; }
-  const glm::dvec3& pivot() const { return pivot_; }
+  void set_pivot(const glm::dvec3& point) { camera_.target = point; }
+  const glm::dvec3& pivot() const { return camera_.target; }
 
   /// Place of a world point in the window; false if it is behind the camera.
   bool project(const glm::dvec3& point, glm::dvec2& pixel) const;
@@ -61,12 +61,9 @@ class Navigation {
   void aim(const glm::dvec3& forward, const glm::dvec3& up);
 
   Subject subject_ = box_subject(glm::dvec3(-1), glm::dvec3(1));
-  glm::dvec3 position_{0, 0, 1}, right_{1, 0, 0}, up_{0, 1, 0}, forward_{0, 0, -1};
-  glm::dvec3 pivot_{0};
-  glm::dvec3 scene_up_{0, 1, 0};  ///< as the scene gives it: the turntable's axis
-  bool orthographic_ = false;
-  double tangent_ = 0.4;     ///< of half the horizontal field of view
-  double half_width_ = 0.4;  ///< of the orthographic picture [world units]
+  /// Its target is the pivot, its `camera_up` the turntable's axis.
+  Camera camera_{{0, 0, 1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, -1}};
+  double tangent_ = 0.4;  ///< of half the horizontal field of view
   glm::ivec2 viewport_{1280, 720};
   bool moved_ = false;
 };

@@ -19,19 +19,6 @@ void copy(const Image& from, const glm::ivec2& at, Image& to, const glm::ivec2& 
                 &to.rgba()[4 * to.index(to_at.x, to_at.y + y)]);
 }
 
-/// White: equal; red: `picture` is brighter; blue: `other` is.
-void show_difference(Image& picture, const Image& other, double gain) {
-  const std::span<float> a = picture.rgba();
-  const std::span<const float> b = other.rgba();
-  for (std::size_t i = 0; i < a.size(); i += 4) {
-    const float sum = a[i] - b[i] + a[i + 1] - b[i + 1] + a[i + 2] - b[i + 2];
-    const float d = std::clamp(float(gain) * sum / 3, -1.0f, 1.0f);
-    a[i] = 1 + std::min(d, 0.0f);
-    a[i + 1] = 1 - std::abs(d);
-    a[i + 2] = 1 - std::max(d, 0.0f);
-  }
-}
-
 void blit(GLuint from, const glm::ivec2& size, GLuint to, const glm::ivec2& to_size, bool flipped) {
   glBlitNamedFramebuffer(from, to, 0, 0, size.x, size.y, 0, flipped ? to_size.y : 0, to_size.x,
                          flipped ? 0 : to_size.y, GL_COLOR_BUFFER_BIT,
@@ -98,10 +85,8 @@ std::vector<std::uint8_t> PictureDisplay::codes(std::size_t to, Image Side::*pic
   };
   Image piece = piece_of(sides_[to]);
   const bool comparable = size_of(sides_[0].*picture) == size_of(sides_[1].*picture);
-  if (settings_.comparison == Comparison::difference && comparable) {
-    show_difference(piece, piece_of(sides_[1]), settings_.gain);
-    return srgb_bytes(piece, {});
-  }
+  if (settings_.comparison == Comparison::difference && comparable)
+    return srgb_bytes(difference_picture(piece, piece_of(sides_[1]), 1 / settings_.gain), {});
   add_background(piece, settings_.background, {});
   return srgb_bytes(piece, settings_.display);
 }

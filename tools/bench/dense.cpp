@@ -3,7 +3,6 @@
 // tile with the scene's step and filter. Luminance is constant or the density grid.
 // compare_peers.py runs it; it prints {"march_ms": .., "march_cpu_ms": ..} of the second picture.
 #include <cstdio>
-#include <map>
 
 #include "base/stopwatch.h"
 #include "base/text_file.h"

@@ -1,210 +1,289 @@
-// gpu_cost [--assets DIR] [--check] [SCENE.json|FILE.vdb ...]: what psivox's programs cost on GPUs,
-// without one: RADV compiles them for AMD's. Prints a table of listed programs; with scenes, what
-// the model predicts for their pictures of 1920x1080 at a tolerance of 1e-3. --check prints nothing
-// but faults: a program that glslang refuses, spills, or registers far above the list's.
+// gpu_cost [--assets DIR] [--check]: what psivox's programs cost on GPUs, without one: RADV
+// compiles them for AMD's. Prints a table of listed programs. --check prints nothing but faults: a
+// program that glslang refuses, spills, or registers far above the list's.
+#include <glslang/Public/ResourceLimits.h>
+#include <glslang/Public/ShaderLang.h>
+#include <glslang/SPIRV/GlslangToSpv.h>
 #include <algorithm>
+#include <array>
 #include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <sstream>
+#include <spirv-tools/optimizer.hpp>
+#include <stdexcept>
+#include <string>
+#include <vector>
+#include <vulkan/vulkan_raii.hpp>
 
 #include "base/stopwatch.h"
-#include "base/text_file.h"
-#include "programs.h"
+#include "gl/march_program.h"
+#include "march/film.h"
+#include "march/march_double.h"
+#include "psivox/draw.h"
 #include "psivox/parameters.h"
 
 namespace {
 
 using namespace psivox;
-using namespace psivox::gpu_cost;
 
 constexpr int skipped = 77;        // ctest's code for a test that cannot run here
+constexpr int free_binding = 31;   // which no image or texture takes
 constexpr int more_registers = 8;  // than the list's are allowed: one granule of the hardware's
 const char* const families[] = {"navi21", "gfx1100"};
 
-// --- the model
-
-/// A GPU as the model sees it.
-struct Card {
+/// A scene over assets/blobs.vdb whose program for the picture is measured.
+struct Listed {
   std::string name;
-  std::string family;  ///< of RADV, whose code is counted
-  int units = 0;       ///< compute units, or multiprocessors
-  int lanes = 0;       ///< float32 instructions of a unit a clock
-  int fetches = 0;     ///< texels of a unit a clock
-  double clock = 0;    ///< [Hz]
+  std::string scene;  ///< JSON, as --scene reads it; transfer functions by their names in assets/
+  int registers = 0;  ///< least so far, passing over octants: vector registers on navi21
+  std::string shader = "march.frag";
 };
 
-// NVIDIA's: code of navi21 in place of its own.
-const Card cards[] = {
-    {"Radeon RX 6800 XT", "navi21", 72, 64, 4, 2.25e9},
-    {"Radeon RX 7900 XTX", "gfx1100", 96, 64, 4, 2.5e9},
-    {"GeForce RTX 3060", "navi21", 28, 128, 4, 1.78e9},
-    {"GeForce RTX 4090", "navi21", 128, 128, 4, 2.52e9},
+const Listed listed_programs[] = {
+    {"cells, constant L", R"("sampling": "cells")", 64},
+    {"cells, L from density", R"("sampling": "cells", "luminance-grid": "density")", 64},
+    {"cell-exact, L from density", R"("integrator": "cell-exact", "luminance-grid": "density")",
+     64},
+    {"cell-exact, function with shells",
+     R"("integrator": "cell-exact", "transfer-function": "shells.json", "split-knots": true)", 80},
+    {"cell-exact, three grids",
+     R"("integrator": "cell-exact", "luminance-grid": "color", "emission-grid": "temperature")",
+     160},
+    {"uniform, psi-balanced, constant L", R"("step": 1)", 64},
+    {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 72},
+    {"uniform, function with shells", R"("step": 1, "transfer-function": "shells.json")", 80},
+    {"uniform, lit", R"("step": 1, "light": [1, -1, 0])", 96},
+    {"cells, boxes of codes", R"("sampling": "cells", "texel": "code12")", 64},
+    {"uniform, lit, boxes of codes", R"("step": 1, "light": [1, -1, 0], "texel": "code12")", 104},
+    {"tolerance 1e-3, lit", R"("tolerance": 1e-3, "light": [1, -1, 0])", 104},
+    {"tolerance 1e-3, fire", R"("tolerance": 1e-3, "temperature-grid": "temperature")", 112},
+    {"MIP", R"("mode": "mip", "sampling": "cells")", 64},
+    {"isosurface", R"("mode": "isosurface", "sampling": "cells")", 72},
+    {"rays towards a light", R"("step": 1, "light": [1, -1, 0], "light-quality": "exact")", 56,
+     "light.frag"},
 };
-
-/// Instructions that a wave executes in one turn of the march's loop if it skips none.
-struct TurnCost {
-  int instructions = 0;  ///< of all kinds
-  int vector = 0;        ///< arithmetic of all lanes
-  int quarter = 0;       ///< part of `vector` that runs at a quarter of the rate
-  int fetches = 0;       ///< of texels, page table entries and tables
-
-  /// Clocks that a SIMD lane computes.
-  int lane_clocks() const { return vector + 3 * quarter; }
-};
-
-/// Instructions from the first to before the last.
-struct Stretch {
-  std::size_t first = 0, last = 0;
-  std::size_t size() const { return last - first; }
-};
-
-/// A program's instructions by name, and the loops among them.
-struct Listing {
-  std::vector<std::string> names;
-  std::vector<Stretch> loops;  ///< each from its first label to the last jump to it
-};
-
-Listing read(const std::string& assembly) {
-  Listing listing;
-  std::map<std::string, std::size_t> labels;
-  std::map<std::size_t, std::size_t> ends;  ///< of loops, by their first instruction
-  std::istringstream lines(assembly);
-  std::string line;
-  while (std::getline(lines, line)) {
-    if (line.starts_with("BB")) {
-      labels[line.substr(0, line.find(':'))] = listing.names.size();
-      continue;
-    }
-    std::istringstream words(line);
-    std::string name, target;
-    if (!(words >> name) || name.starts_with(";")) continue;
-    words >> target;
-    listing.names.push_back(name);
-    const auto label = labels.find(target);
-    if (label != labels.end() && (name.starts_with("s_branch") || name.starts_with("s_cbranch")))
-      ends[label->second] = listing.names.size();
-  }
-  for (const auto& [first, last] : ends) listing.loops.push_back({first, last});
-  return listing;
-}
-
-/// The longest loop inside a stretch, apart from that itself; empty: there is none.
-Stretch longest_in(const Listing& listing, const Stretch& outer) {
-  Stretch longest;
-  for (const Stretch& loop : listing.loops)
-    if (loop.first >= outer.first && loop.last <= outer.last && loop.size() < outer.size() &&
-        loop.size() > longest.size())
-      longest = loop;
-  return longest;
-}
-
-bool starts_with_any(const std::string& name, std::initializer_list<const char*> prefixes) {
-  return std::ranges::any_of(prefixes, [&](auto* prefix) { return name.starts_with(prefix); });
-}
-
-/// Reads the turn off a program's assembly, as LLVM prints it. The march is a loop around a loop of
-/// 16 turns, and the turn is the body of the inner one; where the outermost loop holds none that is
-/// as long as half of it, the turn is its own body. All 0 of a program without loops.
-TurnCost turn_cost(const std::string& assembly) {
-  const Listing listing = read(assembly);
-  Stretch turn = longest_in(listing, {0, listing.names.size() + 1});
-  if (const Stretch inner = longest_in(listing, turn); 2 * inner.size() > turn.size()) turn = inner;
-  TurnCost cost;
-  for (std::size_t i = turn.first; i < turn.last; ++i) {
-    const std::string& name = listing.names[i];
-    ++cost.instructions;
-    if (name.starts_with("v_")) ++cost.vector;
-    if (starts_with_any(name, {"v_rcp", "v_rsq", "v_sqrt", "v_exp", "v_log", "v_mul_lo", "v_mul_hi",
-                               "v_mad_u64"}))
-      ++cost.quarter;
-    if (starts_with_any(name, {"buffer_load", "tbuffer_load", "image_"})) ++cost.fetches;
-  }
-  return cost;
-}
-
-/// What bounds a picture on a card. The prediction is the larger of the two: where neither waits
-/// for the other a GPU does both at a time.
-struct Prediction {
-  double arithmetic_ms = 0;
-  double fetch_ms = 0;
-  double look_ups_per_second = 0;
-  double ms() const { return arithmetic_ms > fetch_ms ? arithmetic_ms : fetch_ms; }
-};
-
-/// Predicts a picture of `count` rays whose waves execute every instruction of every turn.
-Prediction predict(const Card& card, const TurnCost& turn, const RayCounts& rays, double count) {
-  const double turns = rays.wave_turns * count;
-  const double clocks = double(card.units) * card.clock;
-  Prediction p;
-  p.arithmetic_ms = 1e3 * turns * turn.lane_clocks() / (clocks * card.lanes);
-  p.fetch_ms = 1e3 * turns * turn.fetches / (clocks * card.fetches);
-  p.look_ups_per_second = rays.look_ups * count / (1e-3 * p.ms());
-  return p;
-}
 
 // --- programs
 
-Scene scene_of(const Listed& program, const std::filesystem::path& assets) {
-  Scene scene = scene_from_json("{" + program.scene + "}");
+/// A marcher that writes down the programs which it is asked to run. Its light is the march's in
+/// double, so that what follows from it is chosen as on a GPU.
+class Recorder : public Marcher {
+ public:
+  std::string description() const override { return "a GPU that is not there"; }
+  void upload(const MediumAtlas& atlas, Filter) override { atlas_ = &atlas; }
+
+  LightDepths light_depths(const View& view) override {
+    return [this, &view, depths = march_double_light_depths(view, *atlas_)](
+               std::span<const Beam> beams, const LightBlocks& blocks, const TakeLight& take,
+               const Progress& progress) {
+      for (const Beam& beam : beams) {
+        if (beam.method.spacing == 0)
+          add(make_march_setup(light_march(view, beam), *atlas_), "light.frag");
+      }
+      depths(beams, blocks, take, progress);
+    };
+  }
+
+  RenderResult render(const View& view, const RenderOptions& options) override {
+    add(make_march_setup(view, *atlas_, options), "march.frag");
+    RenderResult result;
+    result.image = Film(view, options).finish(result.stats);
+    return result;
+  }
+
+  std::map<std::string, std::string> programs;  ///< GLSL as a GPU's driver gets it, by its shader
+
+ private:
+  void add(MarchSetup setup, const std::string& shader) {
+    PerGrid<int> buffers{};
+    const auto grids = grids_of(*atlas_);
+    for (std::size_t i = 0; i < grids.size(); ++i)
+      buffers[i] = grids[i] && !(setup.constants.paired && i == luminance_grid);
+    gl::ProgramKey key = gl::program_key(setup, buffers);
+    programs.emplace(shader, gl::march_source(key, shader, {.computes = true}).text);
+  }
+
+  const MediumAtlas* atlas_ = nullptr;
+};
+
+/// The GLSL of a listed program, found among the programs that a GPU would draw its scene with.
+std::string text_of(const Listed& listed, const std::filesystem::path& assets) {
+  Scene scene = scene_from_json("{" + listed.scene + "}");
   scene.input = (assets / "blobs.vdb").string();
   if (!scene.transfer_function.empty())
     scene.transfer_function = (assets / scene.transfer_function).string();
   scene.resolution = {64, 64};
-  return scene;
+  Recorder recorder;
+  Session(scene).draw(recorder, {.confirm = false});
+  return recorder.programs.at(listed.shader);
 }
 
-/// The listed program, found among the programs of its scene.
-Program find_program(const Listed& listed, const std::filesystem::path& assets) {
-  for (Program& program : programs_of(scene_of(listed, assets), false))
-    if (program.shader == listed.shader) return program;
-  throw std::runtime_error("'" + listed.name + "' needs no " + listed.shader);
+/// A shader for Vulkan.
+struct Module {
+  std::vector<std::uint32_t> code;  ///< SPIR-V
+  std::vector<vk::DescriptorSetLayoutBinding> bindings;
+};
+
+/// glslang's state of a process.
+struct Glslang {
+  Glslang() { glslang::InitializeProcess(); }
+  ~Glslang() { glslang::FinalizeProcess(); }
+};
+
+[[noreturn]] void fail(const std::string& log) {
+  throw std::runtime_error(log.substr(0, log.find('\n')));
 }
 
-Module fragment_of(const std::string& text, bool optimised = true) {
-  return module_from_glsl(text, vk::ShaderStageFlagBits::eFragment, optimised);
+std::vector<vk::DescriptorSetLayoutBinding> bindings_of(glslang::TProgram& program) {
+  using Type = vk::DescriptorType;
+  program.buildReflection(EShReflectionDefault);
+  std::vector<vk::DescriptorSetLayoutBinding> bindings;
+  const auto add = [&](const glslang::TObjectReflection& object) {
+    if (object.getBinding() < 0) return;  // a member of a block
+    const glslang::TType& type = *object.getType();
+    const Type kind = type.getBasicType() != glslang::EbtSampler ? Type::eUniformBuffer
+                      : type.getSampler().isImage()              ? Type::eStorageImage
+                      : type.getSampler().isBuffer()             ? Type::eUniformTexelBuffer
+                                                                 : Type::eCombinedImageSampler;
+    bindings.emplace_back(std::uint32_t(object.getBinding()), kind,
+                          type.isArray() ? std::uint32_t(type.getOuterArraySize()) : 1,
+                          vk::ShaderStageFlagBits::eCompute);
+  };
+  for (int i = 0; i < program.getNumUniformVariables(); ++i) add(program.getUniform(i));
+  for (int i = 0; i < program.getNumUniformBlocks(); ++i) add(program.getUniformBlock(i));
+  return bindings;
 }
+
+/// Compiles OpenGL's GLSL by glslang: its uniforms become a block, and bindings are numbered.
+/// `optimised`: by spirv-opt's passes for performance. Throws std::runtime_error with the
+/// compiler's first message.
+Module module_from_glsl(const std::string& text, bool optimised = true) {
+  static const Glslang glslang_of_process;
+  const auto messages = EShMessages(EShMsgSpvRules | EShMsgVulkanRules);
+  glslang::TShader shader(EShLangCompute);
+  const char* texts[] = {text.c_str()};
+  shader.setStrings(texts, 1);
+  shader.setEnvInput(glslang::EShSourceGlsl, EShLangCompute, glslang::EShClientVulkan, 100);
+  shader.setEnvInputVulkanRulesRelaxed();
+  shader.setEnvClient(glslang::EShClientVulkan, glslang::EShTargetVulkan_1_3);
+  shader.setEnvTarget(glslang::EShTargetSpv, glslang::EShTargetSpv_1_6);
+  shader.setAutoMapBindings(true);
+  shader.setGlobalUniformBlockName("default_block");
+  shader.setGlobalUniformBinding(free_binding);
+  if (!shader.parse(GetDefaultResources(), 450, false, messages)) fail(shader.getInfoLog());
+  glslang::TProgram program;
+  program.addShader(&shader);
+  if (!program.link(messages) || !program.mapIO()) fail(program.getInfoLog());
+
+  Module module;
+  glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), module.code);
+  module.bindings = bindings_of(program);
+  if (optimised) {
+    spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_3);
+    optimizer.RegisterPerformancePasses();
+    std::vector<std::uint32_t> better;
+    if (!optimizer.Run(module.code.data(), module.code.size(), &better))
+      throw std::runtime_error("spirv-opt refuses the module");
+    module.code = std::move(better);
+  }
+  return module;
+}
+
+// --- RADV
+
+vk::raii::Instance open_instance(const vk::raii::Context& context, const std::string& family) {
+  setenv("RADV_FORCE_FAMILY", family.c_str(), 1);
+  const vk::ApplicationInfo application({}, 0, {}, 0, VK_API_VERSION_1_3);
+  return {context, vk::InstanceCreateInfo({}, &application)};
+}
+
+vk::raii::Device open_device(const vk::raii::Instance& instance) {
+  for (const vk::raii::PhysicalDevice& device : vk::raii::PhysicalDevices(instance)) {
+    const std::string name = device.getProperties().deviceName;
+    if (name.find("Null hardware") == name.npos) continue;
+    const float priority = 1;
+    const vk::DeviceQueueCreateInfo queue({}, 0, 1, &priority);
+    const char* extension = VK_KHR_PIPELINE_EXECUTABLE_PROPERTIES_EXTENSION_NAME;
+    const vk::StructureChain chain(vk::DeviceCreateInfo({}, queue, {}, extension),
+                                   vk::PhysicalDevicePipelineExecutablePropertiesFeaturesKHR(true));
+    return {device, chain.get<>()};
+  }
+  throw std::runtime_error("RADV is not installed (Debian: mesa-vulkan-drivers)");
+}
+
+/// What the driver's compiler says of a program, by its own names.
+using Statistics = std::map<std::string, int>;
+
+/// RADV's compiler for an AMD GPU that need not be there (RADV_FORCE_FAMILY).
+class NullDevice {
+ public:
+  /// `family`: as RADV names it, navi21. Throws std::runtime_error where there is no RADV.
+  explicit NullDevice(const std::string& family)
+      : instance_(open_instance(context_, family)), device_(open_device(instance_)) {}
+
+  Statistics compile(const Module& module) const {
+    const vk::raii::DescriptorSetLayout set(device_, {{}, module.bindings});
+    const vk::raii::PipelineLayout layout(device_, {{}, *set});
+    const vk::raii::ShaderModule shader(device_, {{}, module.code});
+    const vk::raii::Pipeline pipeline(
+        device_, nullptr,
+        vk::ComputePipelineCreateInfo(vk::PipelineCreateFlagBits::eCaptureStatisticsKHR,
+                                      {{}, vk::ShaderStageFlagBits::eCompute, *shader, "main"},
+                                      *layout));
+    const vk::PipelineExecutableInfoKHR info(*pipeline);  // its only program
+    Statistics statistics;
+    for (const auto& number : device_.getPipelineExecutableStatisticsKHR(info))
+      statistics[number.name] = int(number.value.u64);
+    return statistics;
+  }
+
+ private:
+  vk::raii::Context context_;
+  vk::raii::Instance instance_;
+  vk::raii::Device device_;
+};
+
+int spills_of(const Statistics& s) { return s.at("Spilled VGPRs") + s.at("Spilled SGPRs"); }
+
+// --- the table, and the test
 
 void print_row(const Listed& listed, const std::string& text, const NullDevice& device) {
-  const Compiled c = device.compile(fragment_of(text));
-  const TurnCost turn = turn_cost(c.assembly);
-  const Module unchanged = fragment_of(text, false);
+  const Statistics s = device.compile(module_from_glsl(text));
+  const Module unchanged = module_from_glsl(text, false);
   const Stopwatch building;
-  const Compiled plain = device.compile(unchanged);
-  std::printf("| %s | %d | %d | %d | %d | %d | %d | %d | %d | %d | %d | %.0f |\n",
-              listed.name.c_str(), c.registers, c.spills, c.waves, c.instructions, c.branches,
-              c.inverse_throughput, turn.instructions, turn.lane_clocks(), turn.fetches,
-              plain.registers, building.cpu_ms());
+  const Statistics plain = device.compile(unchanged);
+  std::printf("| %s | %d | %d | %d | %d | %d | %d | %d | %.0f |\n", listed.name.c_str(),
+              s.at("VGPRs"), spills_of(s), s.at("Subgroups per SIMD"), s.at("Instructions"),
+              s.at("Branches"), s.at("Inverse Throughput"), plain.at("VGPRs"), building.cpu_ms());
 }
 
 void print_table(const std::filesystem::path& assets) {
   std::vector<std::string> texts;
-  for (const Listed& listed : listed_programs()) texts.push_back(find_program(listed, assets).text);
+  for (const Listed& listed : listed_programs) texts.push_back(text_of(listed, assets));
   for (const char* family : families) {
     const NullDevice device(family);
     std::printf(
         "\n%s\n\n| program | VGPRs | spills | waves per SIMD | instructions | branches | inverse "
-        "throughput | a turn: instructions | arithmetic | fetches | plain: VGPRs | build [ms] |\n"
-        "|---|---|---|---|---|---|---|---|---|---|---|---|\n",
+        "throughput | plain: VGPRs | build [ms] |\n|---|---|---|---|---|---|---|---|---|\n",
         family);
-    for (std::size_t i = 0; i < texts.size(); ++i)
-      print_row(listed_programs()[i], texts[i], device);
+    for (std::size_t i = 0; i < texts.size(); ++i) print_row(listed_programs[i], texts[i], device);
   }
 }
 
 /// Prints the faults of the listed programs; returns their number.
 int check_programs(const NullDevice& device, const std::filesystem::path& assets) {
   int faults = 0;
-  for (const Listed& listed : listed_programs()) {
+  for (const Listed& listed : listed_programs) {
     std::string fault;
     try {
-      const Compiled c = device.compile(fragment_of(find_program(listed, assets).text));
-      if (c.spills) fault = std::to_string(c.spills) + " registers are spilled";
-      if (c.registers > listed.registers + more_registers)
-        fault = std::to_string(c.registers) + " registers, " + std::to_string(listed.registers) +
+      const Statistics s = device.compile(module_from_glsl(text_of(listed, assets)));
+      if (spills_of(s)) fault = std::to_string(spills_of(s)) + " registers are spilled";
+      if (s.at("VGPRs") > listed.registers + more_registers)
+        fault = std::to_string(s.at("VGPRs")) + " registers, " + std::to_string(listed.registers) +
                 " were enough before";
-    } catch (const std::runtime_error& error) {
+    } catch (const std::exception& error) {
       fault = error.what();
     }
     if (fault.empty()) continue;
@@ -225,61 +304,25 @@ int check_all(const std::filesystem::path& assets) {
   return check_programs(*device, assets) ? 1 : 0;
 }
 
-Scene asked_scene(const std::string& path) {
-  Scene scene;
-  if (path.ends_with(".json"))
-    scene = scene_from_json(read_text(path, "scene"), path);
-  else
-    scene.input = path;
-  scene.resolution = {1920, 1080};
-  scene.tolerance = 1e-3;
-  return scene;
-}
-
-void predict_picture(const std::string& path) {
-  const Scene scene = asked_scene(path);
-  const Program program = programs_of(scene, true).back();
-  const double rays = double(scene.resolution.x) * scene.resolution.y;
-  std::printf("\n%s: %.1f look-ups and %.1f turns a ray, %.1f turns a wave\n\n", path.c_str(),
-              program.rays.look_ups, program.rays.turns, program.rays.wave_turns);
-  std::printf(
-      "| card | arithmetic [ms] | fetches [ms] | predicted [ms] | look-ups/s |\n"
-      "|---|---|---|---|---|\n");
-  const Module module = fragment_of(program.text);
-  for (const char* family : families) {
-    const TurnCost turn = turn_cost(NullDevice(family).compile(module).assembly);
-    for (const Card& card : cards) {
-      if (card.family != family) continue;
-      const Prediction p = predict(card, turn, program.rays, rays);
-      std::printf("| %s | %.2f | %.2f | %.2f | %.1fe9 |\n", card.name.c_str(), p.arithmetic_ms,
-                  p.fetch_ms, p.ms(), 1e-9 * p.look_ups_per_second);
-    }
-  }
-}
-
 }  // namespace
 
 int main(int argc, char** argv) {
   std::string assets = "assets";
   bool check = false;
-  std::vector<std::string> scenes;
   for (int i = 1; i < argc; ++i) {
     const std::string argument = argv[i];
     if (argument == "--check") {
       check = true;
     } else if (argument == "--assets" && i + 1 < argc) {
       assets = argv[++i];
-    } else if (argument.starts_with("-")) {
-      std::fprintf(stderr, "usage: gpu_cost [--assets DIR] [--check] [SCENE.json|FILE.vdb ...]\n");
-      return 2;
     } else {
-      scenes.push_back(argument);
+      std::fprintf(stderr, "usage: gpu_cost [--assets DIR] [--check]\n");
+      return 2;
     }
   }
   try {
     if (check) return check_all(assets);
-    if (scenes.empty()) print_table(assets);
-    for (const std::string& scene : scenes) predict_picture(scene);
+    print_table(assets);
   } catch (const std::exception& error) {
     std::fprintf(stderr, "gpu_cost: %s\n", error.what());
     return 1;
