@@ -68,19 +68,12 @@ class Columns {
   /// Makes `own`, depths from the start of each dark brick, depths of the piece's tiles from the
   /// light on, each ordered as a brick's. Returns the rest of `own`, which is not of this piece.
   std::span<const double> join(const Piece& piece, std::span<const double> own, double* depths) {
-    const std::size_t count = piece.end - piece.first;
-    std::vector<Carry*> carries;
-    std::vector<const double*> starts(count, nullptr);
-    for (std::size_t i = 0; i < count; ++i) {
-      const std::size_t tile = piece.first + i;
-      carries.push_back(&carries_[piece.slab->tiles()[tile]]);
-      if (!piece.slab->is_dark(tile)) continue;
-      starts[i] = own.data();
-      own = own.subspan(lattice_depths_of_brick);
+    for (std::size_t tile = piece.first; tile < piece.end; ++tile) {
+      const bool dark = piece.slab->is_dark(tile);
+      add(carries_[piece.slab->tiles()[tile]], dark ? own.data() : nullptr, depths);
+      if (dark) own = own.subspan(lattice_depths_of_brick);
+      depths += lattice_depths_of_brick;
     }
-    tbb::parallel_for(std::size_t{0}, count, [&](std::size_t i) {
-      add(*carries[i], starts[i], depths + i * lattice_depths_of_brick);
-    });
     return own;
   }
 
