@@ -73,12 +73,8 @@ TEST(ReaderAnswers, AFieldThatBreaksTheRulesIsAnError) {
       [](MadeField& m) { m.values[700] = std::nanf(""); },
       [](MadeField& m) { m.values[1023] = -1; },
       [](MadeField& m) { m.values[0] = HUGE_VALF; },
-      [](MadeField& m) { m.field.survey.emplace(); },  // of values that are there
-      [](MadeField& m) { m.facts.stored = true; },     // without ranges
-      [](MadeField& m) {
-        m.facts.stored = true;
-        m.field.survey.emplace().all.min = std::nanf("");
-      },
+      [](MadeField& m) { m.field.survey.emplace().all.min = std::nanf(""); },
+      [](MadeField& m) { m.field.survey.emplace().largest = HUGE_VALF; },
   };
   for (std::size_t n = 0; n < lies.size(); ++n) {
     MadeField made;

@@ -16,29 +16,26 @@ constexpr std::int64_t ahead_bytes = 8 << 20;  // that the system is asked to re
 constexpr std::int64_t head_bytes = 32;
 
 /// The leaves of a grid whose values stay in the file. Any of them are read again by their places.
-class FileLeaves final : public StoredLeaves {
+class FileLeaves final : public LeafReader {
  public:
   /// `places`: where leaves begin in the file, and where the last one ends. `subject` begins
-  /// messages. Leaves that have been surveyed cannot be surveyed again.
+  /// messages.
   FileLeaves(LeafDecoder decoder, std::vector<std::int64_t> places, const Topology& topology,
-             const LeafSurvey& survey, std::string subject, bool surveyed)
+             const LeafSurvey& survey, std::string subject)
       : decoder_(std::move(decoder)),
         survey_(survey),
         subject_(std::move(subject)),
         places_(std::move(places)),
+        origins_(topology.leaves),
         floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(topology.summary.channels)) {
-    if (!surveyed) origins_ = topology.leaves;
     for (const TilePart& part : topology.tiles)
       if (part.active) active_tiles_.push_back({part.tile().value.x, tile_voxels(part.tile())});
   }
 
-  void replace_infinite(float largest) override { largest_ = largest; }
   const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
 
   ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
                    LeafRead what) const override {
-    if (what == LeafRead::survey && origins_.empty())
-      throw Error(ExitCode::input, subject_ + "has been surveyed");
     const std::vector<LeafPlace> places = places_of(leaves);
     SurveySum sum;
     try {
@@ -48,7 +45,8 @@ class FileLeaves final : public StoredLeaves {
         if (what == LeafRead::survey)
           sum.add(survey_.take(origins_[leaves[n]], to, leaf.active()));
         else
-          clean(to, leaf.active(), what == LeafRead::active);
+          survey_.clean(to);
+        if (what == LeafRead::active) mark(to, leaf.active());
       });
     } catch (const std::exception& e) {
       throw Error(ExitCode::input, subject_ + "cannot be read again: " + e.what());
@@ -68,11 +66,8 @@ class FileLeaves final : public StoredLeaves {
     return places;
   }
 
-  /// Replaces bad values and, if `marks`, the first channel of inactive voxels by NaN.
-  void clean(float* values, const LeafMask& active, bool marks) const {
-    if (survey_.without_ranges().take({}, values, active).bad.positive_infinite > 0)
-      vdb::replace_infinite(values, floats_per_leaf_, largest_);
-    if (!marks) return;
+  /// Puts NaN into the first channel of voxels that are not active.
+  void mark(float* values, const LeafMask& active) const {
     for (auto off = active.beginOff(); off; ++off)
       values[off.pos() * (floats_per_leaf_ / kLeafVoxels)] =
           std::numeric_limits<float>::quiet_NaN();
@@ -82,9 +77,8 @@ class FileLeaves final : public StoredLeaves {
   LeafSurvey survey_;
   std::string subject_;
   std::vector<std::int64_t> places_;
-  std::vector<glm::ivec3> origins_;  ///< unless they have been surveyed
+  std::vector<glm::ivec3> origins_;
   std::size_t floats_per_leaf_;
-  float largest_ = std::numeric_limits<float>::infinity();
   std::vector<TileValue> active_tiles_;
 };
 
@@ -118,11 +112,10 @@ class ArchiveGrid final : public FileGrid {
     return {};
   }
 
-  std::shared_ptr<StoredLeaves> stored_leaves(const LeafSurvey& survey, std::string subject,
-                                              bool surveyed) override {
-    if (!surveyed) find_places();
-    return std::make_shared<FileLeaves>(decoder(), places_, topology_, survey, std::move(subject),
-                                        surveyed);
+  std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey& survey,
+                                            std::string subject) override {
+    return std::make_shared<FileLeaves>(decoder(), find_places(), topology_, survey,
+                                        std::move(subject));
   }
 
  private:
@@ -149,19 +142,18 @@ class ArchiveGrid final : public FileGrid {
     }
     const LeafDecoder decoder = this->decoder();
     const std::size_t count = topology_.leaves.size();
-    places_.assign(1, leaves_at_);
-    places_.reserve(enough ? 1 : count + 1);
+    std::int64_t end = leaves_at_;
     std::vector<LeafPlace> batch;
     std::size_t wanted = enough ? 1 : batch_leaves;
     for (std::size_t first = 0; first < count; first += batch.size()) {
-      file_->announce(places_.back(), ahead_bytes);
+      file_->announce(end, ahead_bytes);
       batch.clear();
       while (batch.size() < std::min(wanted, count - first)) {
         decoder.skip(stream);
-        batch.push_back({places_.back(), stream.tellg()});
-        places_.push_back(batch.back().end);
+        batch.push_back({end, stream.tellg()});
+        end = batch.back().end;
       }
-      archive_->buffer().read_to(places_.back());
+      archive_->buffer().read_to(end);
       decoder.decode(batch, /*in_runs=*/true,
                      [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
       if (enough && enough()) return;
@@ -169,28 +161,30 @@ class ArchiveGrid final : public FileGrid {
     }
   }
 
-  /// Finds the leaves' places by the metadata for delayed loading or, if these do not lead to the
-  /// grid's end, by a few bytes of each leaf.
-  void find_places() {
+  /// Where leaves begin, and where the last one ends: by the metadata for delayed loading or, if
+  /// these do not lead to the grid's end, by a few bytes of each leaf.
+  std::vector<std::int64_t> find_places() {
+    std::vector<std::int64_t> places;
     guarded([&] {
       const LeafDecoder decoder = this->decoder();
       std::istream& stream = archive_->stream();
       stream.seekg(leaves_at_);
-      places_ = decoder.lengths(delayed_load_, topology_);
-      places_.insert(places_.begin(), leaves_at_);
-      std::partial_sum(places_.begin(), places_.end(), places_.begin());
+      places = decoder.lengths(delayed_load_, topology_);
+      places.insert(places.begin(), leaves_at_);
+      std::partial_sum(places.begin(), places.end(), places.begin());
       const std::size_t leaves = topology_.leaves.size();
-      if (places_.size() > leaves && places_.back() == end_) return;
-      places_.assign(1, leaves_at_);
+      if (places.size() > leaves && places.back() == end_) return;
+      places.assign(1, leaves_at_);
       // small leaves are read in fewer calls than skipped
       if (end_ - leaves_at_ > 4 * head_bytes * std::int64_t(leaves))
         archive_->buffer().read_only(head_bytes);
       for (const std::uint16_t active : topology_.active) {
         decoder.skip(stream, active);
-        places_.push_back(stream.tellg());
+        places.push_back(stream.tellg());
       }
       archive_->buffer().read_only(0);
     });
+    return places;
   }
 
   std::unique_ptr<Archive> rewritten_;  ///< of a grid in an old format
@@ -200,7 +194,6 @@ class ArchiveGrid final : public FileGrid {
   ValueCoding coding_;
   std::string delayed_load_;
   std::int64_t tree_at_ = 0, leaves_at_ = 0, end_ = 0;  ///< in the file [bytes]
-  std::vector<std::int64_t> places_;  ///< where leaves begin, and where the last one ends
 };
 
 }  // namespace

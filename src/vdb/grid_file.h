@@ -76,13 +76,6 @@ class GridFile {
   std::vector<GridEntry> entries_;
 };
 
-/// The leaves of a grid whose values stay in the file.
-class StoredLeaves : public LeafReader {
- public:
-  /// Without this, +Inf stays.
-  virtual void replace_infinite(float largest) = 0;
-};
-
 /// A grid of a file: its head and topology, which are in memory, and its leaves, which are read
 /// when they are asked for. All grids are read like this, whatever the file's format.
 class FileGrid {
@@ -109,10 +102,10 @@ class FileGrid {
   /// Throws Error(input).
   void each_leaf(const TakeLeaf& take, const std::function<bool()>& enough = {});
 
-  /// Any leaf, read again from the file; `subject` begins messages. Only if why_whole is empty.
-  /// `surveyed`: each_leaf has read all of them, and they need not be surveyed again.
-  virtual std::shared_ptr<StoredLeaves> stored_leaves(const LeafSurvey& survey, std::string subject,
-                                                      bool surveyed) = 0;
+  /// Any leaf, read from the file when it is asked for; `subject` begins messages. Only if
+  /// why_whole is empty.
+  virtual std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey& survey,
+                                                    std::string subject) = 0;
 
  protected:
   /// `marked`: see GridFile::open.

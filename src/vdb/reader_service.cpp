@@ -69,12 +69,11 @@ class ReaderService final : public guard::Service {
     FieldFacts facts;
     facts.leaves = field.leaves.size();
     facts.tiles = field.tiles.size();
-    facts.stored = field.reader != nullptr;
     if (field.reader) facts.active_tiles = field.reader->active_tiles();
     facts.same_values = request.holds_last && shares_values(field, last_);
     if (!facts.same_values) write_places(field, memory, facts);
     last_ = std::move(field);
-    if (facts.stored) last_.leaves = {};  // its reader knows their places
+    if (last_.reader) last_.leaves = {};  // its reader knows their places
     facts.field = last_;
     return facts;
   }

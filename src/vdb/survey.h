@@ -34,12 +34,6 @@ class LeafSurvey {
   LeafSurvey(GridRole role, int channels, bool ranges, const Box& box = {})
       : smallest_(smallest_good(role)), channels_(channels), ranges_(ranges), box_(box) {}
 
-  LeafSurvey without_ranges() const {
-    LeafSurvey other = *this;
-    other.ranges_ = false;
-    return other;
-  }
-
   /// Surveys a leaf. NaN, -Inf and values below the smallest good one become 0; +Inf is counted and
   /// stays.
   ValueSurvey take(const glm::ivec3& origin, float* values, const LeafMask& active) const;
@@ -47,8 +41,10 @@ class LeafSurvey {
   /// Surveys a leaf whose values are all good.
   ValueSurvey look(const glm::ivec3& origin, const float* values, const LeafMask& active) const;
 
- private:
+  /// Replaces values as `take` does.
   BadValues clean(float* values) const;
+
+ private:
   ValueSurvey extents(const glm::ivec3& origin, const float* values, const LeafMask& active,
                       bool infinite) const;
 
