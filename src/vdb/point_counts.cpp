@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "value_block.h"
+#include "values.h"
 
 namespace psivox::vdb {
 namespace {

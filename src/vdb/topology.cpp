@@ -5,7 +5,7 @@
 #include <optional>
 #include <set>
 
-#include "value_block.h"
+#include "values.h"
 
 namespace psivox::vdb {
 namespace {
