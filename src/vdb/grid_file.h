@@ -143,6 +143,20 @@ bool is_nano(FileBlocks& file);
 /// version than psivox reads.
 std::unique_ptr<GridFile> open_nano_file(std::shared_ptr<FileBlocks> file, Progress progress = {});
 
+struct Voxels;
+
+/// A field, and its voxels unless their values stay in the file.
+struct ReadGrid {
+  Field field;
+  std::shared_ptr<const Voxels> voxels{};
+};
+
+/// Reads a grid, as VdbFile::read does, which says what is thrown.
+ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options);
+
+/// Finds in a field's voxels, none of which is bad, what the options ask for.
+void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);
+
 /// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata
 /// of each grid, `names` the grids' names.
 std::string evidence_of_z_up(const MetadataText& file, const std::vector<std::string>& names,

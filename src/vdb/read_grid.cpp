@@ -1,5 +1,3 @@
-#include "read_grid.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -13,7 +11,9 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "field/value_range.h"
+#include "grid_file.h"
 #include "psivox/error.h"
+#include "trees.h"
 
 namespace psivox::vdb {
 namespace {

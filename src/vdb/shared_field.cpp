@@ -25,7 +25,6 @@
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
-#include "grid_rows.h"
 #include "psivox/error.h"
 #include "reading_messages.h"
 #include "survey.h"
