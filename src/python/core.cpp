@@ -16,7 +16,7 @@
 #include "psivox/study.h"
 #include "psivox/vdb.h"
 #include "psivox/verify.h"
-#include "scene/color_text.h"
+#include "scene/color.h"
 
 namespace psivox::python {
 

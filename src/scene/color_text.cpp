@@ -1,11 +1,11 @@
-#include "scene/color_text.h"
-
 #include <algorithm>
 #include <charconv>
 #include <nlohmann/json.hpp>
 #include <span>
+#include <vector>
 
 #include "base/text.h"
+#include "psivox/parameters.h"
 #include "scene/color.h"
 
 namespace psivox {
