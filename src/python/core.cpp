@@ -13,6 +13,7 @@
 #include "base/text_file.h"
 #include "core.h"
 #include "gl/gl_renderer.h"
+#include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/vdb.h"
 #include "psivox/verify.h"
