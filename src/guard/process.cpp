@@ -212,18 +212,16 @@ void Process::explain_end() const {
 std::optional<std::string> Process::take_answer(const Progress& progress) {
   while (std::optional<Message> message = input_.next()) {
     if (message->kind == MessageKind::answer) return std::move(message->content);
-    Unpacker unpack(message->content);
     if (message->kind == MessageKind::failure) {
       int code = 0;
       std::string text;
-      unpack(code, text);
+      unpack(message->content, code, text);
       const bool memory = code == static_cast<int>(ExitCode::memory);
       throw Error(memory ? ExitCode::memory : ExitCode::input,
                   printable(text.substr(0, longest_error)));
     }
     double fraction = 0;
-    unpack(fraction);
-    unpack.end();
+    unpack(message->content, fraction);
     if (progress && fraction >= 0 && fraction <= 1) progress(fraction);
   }
   return {};

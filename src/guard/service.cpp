@@ -142,9 +142,7 @@ class Connection {
   }
 
   void fail(ExitCode code, const std::string& message) {
-    Packer content;
-    content(static_cast<int>(code), message);
-    reply(MessageKind::failure, content.text());
+    reply(MessageKind::failure, packed(static_cast<int>(code), message));
   }
 
   void reply(MessageKind kind, std::string_view content) {
@@ -157,9 +155,7 @@ class Connection {
     const auto now = std::chrono::steady_clock::now();
     if (fraction < 1 && now - reported_ < pause) return;
     reported_ = now;
-    Packer content;
-    content(fraction);
-    reply(MessageKind::progress, content.text());
+    reply(MessageKind::progress, packed(fraction));
   }
 
   int socket_;

@@ -32,16 +32,12 @@ template <typename R, typename Check>
 std::optional<typename R::Answer> ask_process(guard::Process& process, const FileBlocks& file,
                                               const R& request, int descriptor,
                                               const Progress& progress, const Check& check) {
-  guard::Packer pack;
-  pack(Request(request));
   try {
-    const std::string bytes =
-        process.ask(pack.text(), descriptor, subject(file.path(), request.grid), progress);
+    const std::string bytes = process.ask(guard::packed(Request(request)), descriptor,
+                                          subject(file.path(), request.grid), progress);
     if (bytes.empty()) return {};
     typename R::Answer answer;
-    guard::Unpacker unpack(bytes);
-    unpack(answer);
-    unpack.end();
+    guard::unpack(bytes, answer);
     check(answer);
     return answer;
   } catch (const Error&) {

@@ -31,15 +31,13 @@ class ReaderService final : public guard::Service {
   /// Empty if the process lacks the module `trees`.
   std::string answer(std::string_view bytes, int descriptor) override {
     Request request;
-    guard::Unpacker unpack(bytes);
-    unpack(request);
-    guard::Packer pack;
+    guard::unpack(bytes, request);
     try {
-      std::visit([&](const auto& known) { pack(answer_to(known, descriptor)); }, request);
+      return std::visit(
+          [&](const auto& known) { return guard::packed(answer_to(known, descriptor)); }, request);
     } catch (const TreesNeeded&) {
       return {};
     }
-    return pack.text();
   }
 
  private:
