@@ -77,29 +77,23 @@ bool same_values(const ValueT& a, const ValueT& b) {
 /// OpenVDB's, such as `Tree_float_5_4_3`. Points and masks are not in the table.
 int value_type_number(std::string_view grid_type);
 
+template <typename... ValueT>
+struct ValueTypes {};
+
+/// The types of the table, in its order.
+using TableTypes = ValueTypes<float, double, Imath::half, std::int32_t, std::int64_t, std::uint8_t,
+                              glm::vec3, glm::dvec3, glm::ivec3>;
+
 /// Calls op.operator()<ValueT>() with the values of that number, which is in the table.
+template <typename Op, typename First, typename... Rest>
+decltype(auto) with_value_type(int number, const Op& op, ValueTypes<First, Rest...>) {
+  if constexpr (sizeof...(Rest) > 0)
+    if (number > 0) return with_value_type(number - 1, op, ValueTypes<Rest...>());
+  return op.template operator()<First>();
+}
 template <typename Op>
-decltype(auto) with_value_type(int number, Op&& op) {
-  switch (number) {
-    case 1:
-      return op.template operator()<double>();
-    case 2:
-      return op.template operator()<Imath::half>();
-    case 3:
-      return op.template operator()<std::int32_t>();
-    case 4:
-      return op.template operator()<std::int64_t>();
-    case 5:
-      return op.template operator()<std::uint8_t>();
-    case 6:
-      return op.template operator()<glm::vec3>();
-    case 7:
-      return op.template operator()<glm::dvec3>();
-    case 8:
-      return op.template operator()<glm::ivec3>();
-    default:
-      return op.template operator()<float>();
-  }
+decltype(auto) with_value_type(int number, const Op& op) {
+  return with_value_type(number, op, TableTypes());
 }
 
 /// OpenVDB's type of grids with such values: float, vec3s, ...
