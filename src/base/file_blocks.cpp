@@ -6,13 +6,10 @@
 
 #include <algorithm>
 #include <cerrno>
-#include <filesystem>
 #include <stdexcept>
 #include <system_error>
-#include <utility>
 
 #include "base/text.h"
-#include "psivox/error.h"
 
 namespace psivox {
 namespace {

@@ -12,11 +12,9 @@
 #include <exception>
 #include <new>
 #include <thread>
-#include <utility>
 
 #include "base/memory.h"
 #include "pack.h"
-#include "psivox/error.h"
 
 namespace psivox::guard {
 

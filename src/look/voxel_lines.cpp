@@ -1,11 +1,9 @@
 #include "look/voxel_lines.h"
 
-#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <numeric>
-#include <vector>
 
 #include "field/index_space.h"
 #include "field/value_range.h"
@@ -14,7 +12,6 @@
 #include "psivox/draw.h"
 #include "psivox/scene.h"
 #include "scene/cuts.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 

@@ -1,14 +1,10 @@
 #include "scene/color.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <numbers>
-#include <vector>
 
 namespace psivox {
 namespace {

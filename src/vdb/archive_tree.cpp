@@ -10,8 +10,6 @@
 #include <memory>
 #include <optional>
 #include <set>
-#include <type_traits>
-#include <utility>
 
 // A tree in a .vdb: its nodes, and then its leaves.
 

@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <istream>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>

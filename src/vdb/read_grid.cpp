@@ -1,10 +1,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/vector_relational.hpp>
-#include <new>
 #include <optional>
 #include <utility>
 

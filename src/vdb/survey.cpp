@@ -1,10 +1,8 @@
 #include "survey.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <glm/common.hpp>
-#include <limits>
 
 #include "base/text.h"
 #include "field/lane_range.h"

@@ -11,7 +11,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "psivox/field.h"
 #include "psivox/vdb.h"

@@ -4,9 +4,7 @@
 #include <zlib.h>
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <memory>
 
 #include "base/text.h"
 

@@ -3,8 +3,6 @@
 #include <Imath/half.h>
 
 #include <array>
-#include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
