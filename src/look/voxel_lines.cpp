@@ -70,7 +70,7 @@ struct Wanted {
 constexpr Wanted dense_medium{1.0 / 3, 1}, sparse_medium{0.6, 1.0 / 8};
 /// No more than this times the view's own extinction: a medium of few voxels stays thin. Where
 /// voxels are flat, a medium of many is thin in the world: as many times more.
-constexpr double most = 16;
+constexpr double most_times = 16;
 constexpr std::size_t most_voxels = 2048;
 
 /// The longest edge of a voxel in shortest ones.
@@ -119,7 +119,7 @@ double light_extinction(const View& view, bool sparse) {
   if (lights.empty() || !(least > 0)) return least;
   const Probes probes(view, lights.front().direction);
   if (probes.mean(least) <= wanted_share) return least;
-  double low = least, high = most * flatness(*view.medium.density) * view.medium.extinction;
+  double low = least, high = most_times * flatness(*view.medium.density) * view.medium.extinction;
   // single voxels hide no others from the light, and more would only whiten them
   if (probes.mean(high) > wanted_share) return view.medium.extinction;
   for (int i = 0; i < 40; ++i) {
