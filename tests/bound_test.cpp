@@ -158,7 +158,7 @@ TEST_F(SuiteBound, HoldsInEveryPixel) {
   for (const SuiteScene& made : suite_scenes(false, testing::TempDir())) {
     View view = made.views.front();
     view.scene.resolution = {24, 24};
-    const ReferenceResult exact = render_reference(view, 1e-14);
+    const RenderResult exact = render_reference(view, 1e-14);
     for (const bool fine : {false, true}) {
       view.scene = with(view.scene, fine ? Integrator::cell_exact : made.rules.back(),
                         fine ? std::nullopt : std::optional(made.steps.front()));

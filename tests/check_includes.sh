@@ -42,7 +42,7 @@ only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_di
 only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/page/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
-only_in '^zlib\.h' '^src/page/' '^src/scan/' '^src/vdb/value_block\.' '^tests/scan_made_files\.h$'
+only_in '^zlib\.h' '^src/page/' '^src/scan/' '^src/vdb/values\.' '^tests/scan_made_files\.h$'
 only_in '^stb/' '^src/image/canvas\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
 only_in '^mpi\.h' '^src/team/mpi/'

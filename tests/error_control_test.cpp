@@ -130,7 +130,6 @@ TEST(PlanMarch, AFeatureThatNoPilotRayMeetsIsNotLost) {
   const View& marched = plan.march->view;
   ASSERT_EQ(marched.scene.sampling, Sampling::uniform);
   ASSERT_TRUE(plan.march->brick_steps);
-  EXPECT_TRUE(plan.by_brick);
   const Comparison lost =
       compare_images(render_march_double(marched, atlas).image, render_reference(marched).image);
   EXPECT_GE(lost.max, 0.4);

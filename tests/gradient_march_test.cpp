@@ -94,7 +94,7 @@ TEST(GradientConvergence, IsOfSecondOrderTowardsTheReference) {
   for (const bool rough : {false, true})
     for (const TransferFunction& f : {table, shells}) {
       View view = view_by(scene_of(), f, rough ? mixed() : blobs());
-      const ReferenceResult reference = render_reference(view);
+      const RenderResult reference = render_reference(view);
       expect_content(reference.image);
       EXPECT_LT(std::ranges::max(reference.image.layers[1].values), 1e-8f);
       const auto error = [&](const char* what, double number) {

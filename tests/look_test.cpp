@@ -13,7 +13,7 @@
 #include <glm/geometric.hpp>
 #include <memory>
 
-#include "look/draft.h"
+#include "look/voxel_lines.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/vdb.h"

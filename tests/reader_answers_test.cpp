@@ -15,27 +15,23 @@ namespace psivox::vdb {
 namespace {
 
 using guard::Descriptor;
-using guard::Packer;
-using guard::Unpacker;
 using test::same;
 
 TEST(ReaderAnswers, APrefixOfAnAnswerIsAnError) {
   const auto reader =
       open_reader(std::make_shared<FileBlocks>(test::assets_dir() / "blobs.vdb"), nullptr);
-  Packer pack;
-  pack(reader->facts(), reader->info("", true), FieldFacts{reader->read("density", {}), 1, 2});
-  const auto take = [](std::string_view text) {
+  const std::string text = guard::packed(reader->facts(), reader->info("", true),
+                                         FieldFacts{reader->read("density", {}), 1, 2});
+  const auto take = [](std::string_view bytes) {
     FileFacts facts;
     std::vector<GridInfo> rows;
     FieldFacts field;
-    Unpacker unpack(text);
-    unpack(facts, rows, field);
-    unpack.end();
+    guard::unpack(bytes, facts, rows, field);
   };
-  take(pack.text());
-  EXPECT_THROW(take(pack.text() + "x"), std::runtime_error);
-  for (std::size_t n = 0; n < pack.text().size(); ++n)
-    ASSERT_THROW(take(pack.text().substr(0, n)), std::runtime_error) << n;
+  take(text);
+  EXPECT_THROW(take(text + "x"), std::runtime_error);
+  for (std::size_t n = 0; n < text.size(); ++n)
+    ASSERT_THROW(take(text.substr(0, n)), std::runtime_error) << n;
 }
 
 /// A good field of 2 leaves and 2 tiles.
@@ -73,12 +69,8 @@ TEST(ReaderAnswers, AFieldThatBreaksTheRulesIsAnError) {
       [](MadeField& m) { m.values[700] = std::nanf(""); },
       [](MadeField& m) { m.values[1023] = -1; },
       [](MadeField& m) { m.values[0] = HUGE_VALF; },
-      [](MadeField& m) { m.field.survey.emplace(); },  // of values that are there
-      [](MadeField& m) { m.facts.stored = true; },     // without ranges
-      [](MadeField& m) {
-        m.facts.stored = true;
-        m.field.survey.emplace().all.min = std::nanf("");
-      },
+      [](MadeField& m) { m.field.survey.emplace().all.min = std::nanf(""); },
+      [](MadeField& m) { m.field.survey.emplace().largest = HUGE_VALF; },
   };
   for (std::size_t n = 0; n < lies.size(); ++n) {
     MadeField made;

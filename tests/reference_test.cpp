@@ -163,7 +163,7 @@ TEST(Reference, PictureIsItsRays) {
       view.scene.pixel_samples = n;
       std::vector<double> fractions;
       const std::thread::id here = std::this_thread::get_id();
-      const ReferenceResult result = render_reference(view, 1e-12, [&](double fraction) {
+      const RenderResult result = render_reference(view, 1e-12, [&](double fraction) {
         EXPECT_EQ(std::this_thread::get_id(), here);
         fractions.push_back(fraction);
       });
@@ -198,8 +198,8 @@ TEST(Reference, PictureIsItsRays) {
         }
       }
       EXPECT_GT(cells, 0u);
-      EXPECT_EQ(result.cells, cells);
-      const ReferenceResult again = render_reference(view);
+      EXPECT_EQ(result.stats.cells, cells);
+      const RenderResult again = render_reference(view);
       EXPECT_EQ(again.image.layers[0].values, image.layers[0].values);
       EXPECT_EQ(again.image.layers[1].values, image.layers[1].values);
     }

@@ -237,7 +237,7 @@ TEST(Team, LightWithinATolerance) {
 TEST(Team, GatherAnOverview) {
   const std::string path = blobs_scene().input;
   const Field whole = VdbFile(path).read("density");
-  const ReadOptions reading{.in_file = true, .unsurveyed = true};
+  const ReadOptions reading{.in_file = true};
   const auto gathered = [&](SurveyOptions options) {
     std::vector<SurveyedDensity> found(3);
     const auto errors = in_team(3, [&](const std::shared_ptr<Team>& team) {

@@ -48,22 +48,13 @@ class ThreadMember final : public Team {
   }
   void all_exchange(const std::vector<Bytes>& to, std::size_t, const Received& received) override {
     const auto all = meet(shared_.sent, to);
+    const auto own = std::size_t(rank());
     for (std::size_t from = 0; from < all.size(); ++from)
-      hand_on(all[from][std::size_t(rank())], from, received);
+      std::ranges::copy(all[from][own], received(from, all[from][own].size()));
     shared_.met.arrive_and_wait();  // until then the senders keep what they have sent
-  }
-  void all_collect(Bytes bytes, std::size_t, const Received& received) override {
-    const auto all = meet(shared_.sent, {bytes});
-    for (std::size_t from = 0; first() && from < all.size(); ++from)
-      hand_on(all[from][0], from, received);
-    shared_.met.arrive_and_wait();
   }
 
  private:
-  static void hand_on(Bytes bytes, std::size_t from, const Received& received) {
-    std::ranges::copy(bytes, received(from, bytes.size()));
-  }
-
   template <typename T>
   std::vector<T> meet(std::vector<T>& all, const T& own) {
     all[std::size_t(rank())] = own;

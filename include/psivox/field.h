@@ -116,7 +116,7 @@ struct ValueSurvey {
 
 /// What reading leaves gives.
 enum class LeafRead {
-  survey,  ///< what it has found is returned, and +Inf stays: of a field that has Field::survey
+  survey,  ///< what it has found is returned
   active,  ///< NaN is in the first channel of voxels that are not active
   data,    ///< the values alone
 };
@@ -126,7 +126,8 @@ class LeafReader {
  public:
   virtual ~LeafReader() = default;
   /// Reads leaves, by their numbers in Field::leaves: 512 * channels floats each, one leaf after
-  /// another. Several threads may call it. Throws Error(input).
+  /// another. +Inf stays, other bad values are replaced. Several threads may call it. Throws
+  /// Error(input).
   virtual ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
                            LeafRead what = LeafRead::data) const = 0;
   /// Active tiles, those of 0 too.
@@ -170,7 +171,7 @@ struct Field {
   /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
   /// then, unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;
-  std::optional<ValueSurvey> survey;  ///< of tiles, if the caller is to survey the leaves
+  std::optional<ValueSurvey> survey;  ///< of tiles, until the leaves are surveyed (take_survey)
   BadValues replaced;                 ///< what reading has replaced; a notice tells of it
   std::vector<std::string> notices;   ///< one line each, for stderr: what reading changed
 

@@ -112,7 +112,6 @@ struct MarchPlan {
   bool reached = true;          ///< whether the estimate is within the tolerance
   int rays = 0;                 ///< of the pilot; 0 if nothing had to be tried
   std::uint64_t samples = 0;    ///< field look-ups of the pilot, for all trials together
-  bool by_brick = false;        ///< some bricks have a smaller step than the rest
   double light_rms = 0;         ///< part of chosen.rms: what the light at voxels misses
   double light_max = 0;         ///< part of chosen.max: the same, on one ray
   std::shared_ptr<const PlannedMarch> march{};

@@ -15,7 +15,7 @@
 
 namespace psivox {
 
-/// Built-in colour maps; src/scene/colormap.cpp says where each comes from.
+/// Built-in colour maps; src/scene/named_colors.cpp says where each comes from.
 enum class Colormap : int {
   viridis,
   inferno,

@@ -79,8 +79,8 @@ class Team {
   template <Plain T>
   std::vector<std::vector<T>> exchange(const std::vector<std::vector<T>>& to);
 
-  /// In the first: what each gives, by rank. In others nothing. It does not notice that another has
-  /// failed: for members that have just met by another function.
+  /// In the first: what each gives, by rank. In others, only empty ones. It does not notice that
+  /// another has failed: for members that have just met by another function.
   template <PlainRange Values>
   std::vector<std::vector<std::ranges::range_value_t<Values>>> collect(const Values& values);
 
@@ -114,7 +114,6 @@ class Team {
   /// exchange(), where all exchange: items of so many bytes each.
   virtual void all_exchange(const std::vector<Bytes>& to, std::size_t item,
                             const Received& received) = 0;
-  virtual void all_collect(Bytes bytes, std::size_t item, const Received& received) = 0;
 
  private:
   std::vector<std::string> checked(std::vector<std::string> messages) const;
@@ -193,9 +192,11 @@ std::vector<std::vector<T>> Team::exchange(const std::vector<std::vector<T>>& to
 template <PlainRange Values>
 std::vector<std::vector<std::ranges::range_value_t<Values>>> Team::collect(const Values& values) {
   using T = std::ranges::range_value_t<Values>;
-  std::vector<std::vector<T>> all(first() ? std::size_t(size()) : 0);
-  all_collect(std::as_bytes(std::span<const T>(values)), sizeof(T), into(all));
-  return all;
+  std::vector<std::vector<T>> from(static_cast<std::size_t>(size()));
+  std::vector<Bytes> sent(from.size());
+  sent[0] = std::as_bytes(std::span<const T>(values));
+  all_exchange(sent, sizeof(T), into(from));
+  return from;
 }
 
 }  // namespace psivox

@@ -71,11 +71,10 @@ struct ReadOptions {
   std::optional<double> background = {};
   std::vector<double> percentiles = {};  ///< of the active values, to be found [%]
   /// Most bytes of leaves' values to keep in memory. Those of a larger grid stay in the file
-  /// (Field::reader), unless the grid must be converted whole. 0: no limit.
+  /// (Field::reader), unless the grid must be converted whole. 0: no limit. Its leaves are not
+  /// surveyed: ranges and percentiles are open, and +Inf stays (see take_survey).
   std::uint64_t memory = 0;
   bool in_file = false;  ///< they stay there, however few
-  /// Leaves of such a grid are not surveyed: its ranges are open, and +Inf stays (see take_survey).
-  bool unsurveyed = false;
 };
 
 class VdbFile;
@@ -174,8 +173,8 @@ class VdbFile {
   std::unique_ptr<Impl> impl_;
 };
 
-/// Completes a field that was read with ReadOptions::unsurveyed, by a survey of all its leaves:
-/// sets its ranges, replaces bad values of tiles, and adds a notice. Returns what stands for +Inf.
+/// Completes a field whose values stay in the file, by a survey of all its leaves: sets its ranges,
+/// replaces bad values of tiles, and adds a notice. Returns what stands for +Inf.
 /// `subject` begins messages. Throws Error(input) under ReadOptions::strict.
 float take_survey(Field& field, const ValueSurvey& leaves, const ReadOptions& options,
                   const std::string& subject);

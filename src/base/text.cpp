@@ -75,16 +75,13 @@ std::string nearest_name(std::string_view name, std::span<const std::string> can
   if (std::count_if(candidates.begin(), candidates.end(), begins) == 1 && !wanted.empty())
     return *std::find_if(candidates.begin(), candidates.end(), begins);
 
-  std::string best;
+  const auto distance = [&](const std::string& candidate) {
+    return edit_distance(wanted, folded(candidate));
+  };
+  const auto nearest = std::ranges::min_element(candidates, {}, distance);
   // A third of the letters may be wrong; with more, a suggestion misleads.
-  std::size_t best_distance = std::max<std::size_t>(wanted.size(), 3) / 3 + 1;
-  for (const std::string& candidate : candidates) {
-    const std::size_t distance = edit_distance(wanted, folded(candidate));
-    if (distance >= best_distance) continue;
-    best_distance = distance;
-    best = candidate;
-  }
-  return best;
+  const std::size_t most = std::max<std::size_t>(wanted.size(), 3) / 3;
+  return nearest != candidates.end() && distance(*nearest) <= most ? *nearest : "";
 }
 
 std::vector<std::string> nearest_first(std::string_view name,

@@ -129,18 +129,20 @@ class Codec {
   std::string_view rest_;
 };
 
-class Packer {
- public:
-  template <typename... T>
-  void operator()(const T&... values) {
-    codec_(const_cast<T&>(values)...);  // which it does not change
-  }
-  const std::string& text() const { return codec_.written(); }
+/// The text of some values.
+template <typename... T>
+std::string packed(const T&... values) {
+  Codec codec;
+  codec(const_cast<T&>(values)...);  // which it does not change
+  return codec.written();
+}
 
- private:
-  Codec codec_;
-};
-
-using Unpacker = Codec;
+/// Reads a whole text into values. Throws std::runtime_error if it cannot be theirs.
+template <typename... T>
+void unpack(std::string_view text, T&... values) {
+  Codec codec(text);
+  codec(values...);
+  codec.end();
+}
 
 }  // namespace psivox::guard

@@ -12,11 +12,9 @@
 #include <exception>
 #include <new>
 #include <thread>
-#include <utility>
 
 #include "base/memory.h"
 #include "pack.h"
-#include "psivox/error.h"
 
 namespace psivox::guard {
 
@@ -142,9 +140,7 @@ class Connection {
   }
 
   void fail(ExitCode code, const std::string& message) {
-    Packer content;
-    content(static_cast<int>(code), message);
-    reply(MessageKind::failure, content.text());
+    reply(MessageKind::failure, packed(static_cast<int>(code), message));
   }
 
   void reply(MessageKind kind, std::string_view content) {
@@ -157,9 +153,7 @@ class Connection {
     const auto now = std::chrono::steady_clock::now();
     if (fraction < 1 && now - reported_ < pause) return;
     reported_ = now;
-    Packer content;
-    content(fraction);
-    reply(MessageKind::progress, content.text());
+    reply(MessageKind::progress, packed(fraction));
   }
 
   int socket_;

@@ -1,7 +1,6 @@
 #include "psivox/picture_file.h"
 
 #include <cstdlib>
-#include <filesystem>
 
 #include "base/memory.h"
 #include "base/stopwatch.h"

@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/trigonometric.hpp>
-#include <string>
 #include <vector>
 
 #include "base/text.h"

@@ -6,7 +6,6 @@
 
 #include "base/text.h"
 #include "field/value_range.h"
-#include "look/draft.h"
 #include "look/voxel_lines.h"
 #include "medium/map_field.h"
 #include "psivox/parameters.h"

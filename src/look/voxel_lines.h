@@ -7,8 +7,11 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
+#include <vector>
 
 #include "field/field_index.h"
+#include "psivox/image.h"
 #include "psivox/medium.h"
 #include "scene/transfer_function.h"
 
@@ -100,5 +103,32 @@ class VoxelLines {
 /// reaches it, and the least is an eighth of the view's own. Attenuations are taken from voxels
 /// along straight steps of a voxel, from some thousands of them.
 double light_extinction(const View& view, bool sparse);
+
+/// Luminances (Rec. 709) and brightest channels of the covered pixels of a small picture of a
+/// scene, each ascending. Drawn in double precision, in coarse light.
+struct Draft {
+  std::vector<double> luminance, brightest;
+
+  /// Adds a pixel of this radiance and opacity; sort() is due when all are added.
+  void see(const glm::dvec3& radiance, double alpha);
+  void sort();
+
+  double mean_luminance() const;
+  /// The brightest channel that this part of the pixels exceeds; 0 if none is covered.
+  double level(double part) const;
+};
+
+Draft make_draft(const Scene& scene, const MediumFields& fields);
+
+/// The same from rays through the nearest voxels, without an atlas: a large volume takes no longer.
+/// Nothing where the view has more than `alpha` with lights shows.
+std::optional<Draft> ray_draft(const View& view);
+
+/// The small picture itself.
+Image draft_picture(Scene scene, const MediumFields& fields);
+
+/// The brightest channel that this part of the glowing pixels exceeds, however bright they are: of
+/// those that have a hundredth of the greatest. 0 if none glows.
+double glow_level(const Image& image, double part);
 
 }  // namespace psivox

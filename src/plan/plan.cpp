@@ -26,7 +26,6 @@ MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
   const Image& truth = trials.pilot().truth();
   plan.rays = truth.width * truth.height;
   plan.samples = trials.pilot().all_samples();
-  plan.by_brick = bool(marched.brick_steps);
   plan.march = std::make_shared<PlannedMarch>(
       PlannedMarch{std::move(marched.view), std::move(marched.brick_steps), truth, {}});
   return plan;

@@ -13,10 +13,11 @@
 #include "base/text_file.h"
 #include "core.h"
 #include "gl/gl_renderer.h"
+#include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/vdb.h"
 #include "psivox/verify.h"
-#include "scene/color_text.h"
+#include "scene/color.h"
 
 namespace psivox::python {
 

@@ -96,10 +96,10 @@ static void each_pixel(const View& view, double tolerance, const Progress& progr
   });
 }
 
-ReferenceResult render_reference(const View& view, double tolerance, const Progress& progress) {
+RenderResult render_reference(const View& view, double tolerance, const Progress& progress) {
   const Stopwatch watch;
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
-  ReferenceResult result{rgba_image(width, height)};
+  RenderResult result{rgba_image(width, height), {}};
   const std::size_t pixels = result.image.pixels();
   result.image.layers.push_back({"error", {"error"}, std::vector<float>(pixels)});
   if (has_depth(view.scene))
@@ -110,8 +110,9 @@ ReferenceResult render_reference(const View& view, double tolerance, const Progr
     set_pixel(result.image, x, y, p);
     cells += p.cells;
   });
-  result.cells = cells;
-  result.seconds = 1e-3 * watch.ms();
+  result.stats.rays = pixels * std::size_t(view.scene.pixel_samples);
+  result.stats.cells = cells;
+  result.stats.march_ms = watch.ms();
   return result;
 }
 
@@ -195,17 +196,9 @@ Layer transmittance_layer(const Image& image) {
 }  // namespace
 
 RenderResult ReferenceMarcher::render(const View& view, const RenderOptions& options) {
-  ReferenceResult drawn = render_reference(view, 1e-12, options.progress);
-  RenderResult result;
-  RenderStats& stats = result.stats;
-  const glm::ivec2 size = view.scene.resolution;
-  stats.renderer = description();
-  stats.rays =
-      std::uint64_t(size.x) * std::uint64_t(size.y) * std::uint64_t(view.scene.pixel_samples);
-  stats.cells = drawn.cells;
-  stats.march_ms = 1e3 * drawn.seconds;
-  if (options.transmittance) drawn.image.layers.push_back(transmittance_layer(drawn.image));
-  result.image = std::move(drawn.image);
+  RenderResult result = render_reference(view, 1e-12, options.progress);
+  result.stats.renderer = description();
+  if (options.transmittance) result.image.layers.push_back(transmittance_layer(result.image));
   return result;
 }
 

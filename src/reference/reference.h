@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -8,22 +7,17 @@
 
 namespace psivox {
 
-struct ReferenceResult {
-  /// R G B A, and layer `error`: a bound on the error of each pixel's worst channel; for maxima and
-  /// surfaces also layer `depth`, the distance from the camera [world units], +Inf where there is
-  /// none.
-  Image image;
-  std::uint64_t cells = 0;  ///< cells crossed with a corner that is not 0
-  double seconds = 0;
-};
-
 /// Draws the picture in double precision, by another algorithm than the march. Between the faces of
 /// trilinear cells and the knots of a transfer function, the attenuation is a cubic. Its Bernstein
 /// coefficients give the optical depth exactly. The radiance is integrated by Gauss-Legendre
 /// panels, halved until two orders agree within `tolerance` of the ray. No ray ends at a
 /// transparency above `tolerance`. The reference reads Field, not the atlas.
-ReferenceResult render_reference(const View& view, double tolerance = 1e-12,
-                                 const Progress& progress = {});
+///
+/// Beside R G B A the image has layer `error`: a bound on the error of each pixel's worst channel;
+/// for maxima and surfaces also layer `depth`, the distance from the camera [world units], +Inf
+/// where there is none.
+RenderResult render_reference(const View& view, double tolerance = 1e-12,
+                              const Progress& progress = {});
 
 /// Layer `bound`: at each pixel an upper bound on the difference of the picture's worst channel
 /// from the integral of the view's medium along the pixel's rays. It is the difference from the

@@ -9,8 +9,6 @@
 #include "base/memory.h"
 #include "base/text.h"
 #include "field/index_space.h"
-#include "psivox/error.h"
-#include "psivox/field.h"
 #include "scan/streams.h"
 
 namespace psivox::scan {

@@ -9,7 +9,6 @@
 #include <new>
 #include <stdexcept>
 
-#include "base/text.h"
 #include "psivox/error.h"
 
 namespace psivox::scan {

@@ -1,10 +1,8 @@
 #include "scene/cuts.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstddef>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 
 #include "base/text.h"

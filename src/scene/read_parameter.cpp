@@ -5,7 +5,7 @@
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
-#include "scene/color_text.h"
+#include "scene/color.h"
 #include "scene/enum_names.h"
 
 namespace psivox {

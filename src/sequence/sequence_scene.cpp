@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "look/draft.h"
+#include "look/voxel_lines.h"
 #include "psivox/error.h"
 #include "psivox/sequence.h"
 #include "scene/cuts.h"

@@ -35,15 +35,7 @@ class Alone final : public Team {
  protected:
   std::vector<std::string> all_gather(const std::string& bytes) override { return {bytes}; }
   void all_exchange(const std::vector<Bytes>& to, std::size_t, const Received& received) override {
-    copy(to[0], received);
-  }
-  void all_collect(Bytes bytes, std::size_t, const Received& received) override {
-    copy(bytes, received);
-  }
-
- private:
-  static void copy(Bytes bytes, const Received& received) {
-    std::ranges::copy(bytes, received(0, bytes.size()));
+    std::ranges::copy(to[0], received(0, to[0].size()));
   }
 };
 

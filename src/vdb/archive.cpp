@@ -1,8 +1,6 @@
 #include "archive.h"
 
-#include <algorithm>
 #include <array>
-#include <memory>
 #include <stdexcept>
 #include <utility>
 

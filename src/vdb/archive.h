@@ -13,7 +13,7 @@
 #include "base/file_blocks.h"
 #include "grid_file.h"
 #include "topology.h"
-#include "value_block.h"
+#include "values.h"
 
 namespace psivox::vdb {
 

@@ -9,7 +9,6 @@
 #include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
-#include "grid_rows.h"
 #include "reader.h"
 #include "survey.h"
 

@@ -5,14 +5,11 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <ios>
 #include <limits>
 #include <new>
 #include <set>
-#include <sstream>
 #include <stdexcept>
-#include <type_traits>
 #include <utility>
 
 namespace psivox::vdb {

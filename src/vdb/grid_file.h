@@ -2,7 +2,6 @@
 
 #include <functional>
 #include <istream>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -76,13 +75,6 @@ class GridFile {
   std::vector<GridEntry> entries_;
 };
 
-/// The leaves of a grid whose values stay in the file.
-class StoredLeaves : public LeafReader {
- public:
-  /// Without this, +Inf stays.
-  virtual void replace_infinite(float largest) = 0;
-};
-
 /// A grid of a file: its head and topology, which are in memory, and its leaves, which are read
 /// when they are asked for. All grids are read like this, whatever the file's format.
 class FileGrid {
@@ -109,10 +101,10 @@ class FileGrid {
   /// Throws Error(input).
   void each_leaf(const TakeLeaf& take, const std::function<bool()>& enough = {});
 
-  /// Any leaf, read again from the file; `subject` begins messages. Only if why_whole is empty.
-  /// `surveyed`: each_leaf has read all of them, and they need not be surveyed again.
-  virtual std::shared_ptr<StoredLeaves> stored_leaves(const LeafSurvey& survey, std::string subject,
-                                                      bool surveyed) = 0;
+  /// Any leaf, read from the file when it is asked for; `subject` begins messages. Only if
+  /// why_whole is empty.
+  virtual std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey& survey,
+                                                    std::string subject) = 0;
 
  protected:
   /// `marked`: see GridFile::open.
@@ -149,6 +141,20 @@ bool is_nano(FileBlocks& file);
 /// Opens a .nvdb. Throws Error(input) if it is damaged before its first grid, or of another major
 /// version than psivox reads.
 std::unique_ptr<GridFile> open_nano_file(std::shared_ptr<FileBlocks> file, Progress progress = {});
+
+struct Voxels;
+
+/// A field, and its voxels unless their values stay in the file.
+struct ReadGrid {
+  Field field;
+  std::shared_ptr<const Voxels> voxels{};
+};
+
+/// Reads a grid, as VdbFile::read does, which says what is thrown.
+ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options);
+
+/// Finds in a field's voxels, none of which is bad, what the options ask for.
+void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);
 
 /// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata
 /// of each grid, `names` the grids' names.

@@ -7,7 +7,7 @@
 
 #include "base/text.h"
 #include "field/index_space.h"
-#include "grid_rows.h"
+#include "survey.h"
 #include "topology.h"
 
 namespace psivox::vdb {

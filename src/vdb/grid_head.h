@@ -8,8 +8,7 @@
 #include <string>
 #include <string_view>
 
-#include "value_block.h"
-#include "value_types.h"
+#include "values.h"
 
 namespace psivox::vdb {
 

@@ -32,16 +32,12 @@ template <typename R, typename Check>
 std::optional<typename R::Answer> ask_process(guard::Process& process, const FileBlocks& file,
                                               const R& request, int descriptor,
                                               const Progress& progress, const Check& check) {
-  guard::Packer pack;
-  pack(Request(request));
   try {
-    const std::string bytes =
-        process.ask(pack.text(), descriptor, subject(file.path(), request.grid), progress);
+    const std::string bytes = process.ask(guard::packed(Request(request)), descriptor,
+                                          subject(file.path(), request.grid), progress);
     if (bytes.empty()) return {};
     typename R::Answer answer;
-    guard::Unpacker unpack(bytes);
-    unpack(answer);
-    unpack.end();
+    guard::unpack(bytes, answer);
     check(answer);
     return answer;
   } catch (const Error&) {
@@ -61,7 +57,6 @@ class GuardedLeaves final : public LeafReader {
         file_(std::move(file)),
         floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(facts.field.channels)),
         role_(role),
-        infinite_(facts.field.survey.has_value()),
         active_tiles_(facts.active_tiles) {}
 
   ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
@@ -93,7 +88,7 @@ class GuardedLeaves final : public LeafReader {
     std::vector<float> known(values.begin(), active ? values.end() : values.begin());
     for (float& value : known)
       if (std::isnan(value)) value = 0;
-    if (!all_good(active ? known : values, role_, infinite_) || !is_possible(answer.survey))
+    if (!all_good(active ? known : values, role_, /*infinite=*/true) || !is_possible(answer.survey))
       throw std::runtime_error("values are not finite, or negative");
   }
 
@@ -102,7 +97,6 @@ class GuardedLeaves final : public LeafReader {
   std::shared_ptr<FileBlocks> file_;
   std::size_t floats_per_leaf_;
   GridRole role_;
-  bool infinite_;  ///< whether values may be +Inf
   std::vector<TileValue> active_tiles_;
 };
 
@@ -166,7 +160,7 @@ class GuardedReader final : public Reader {
     FieldFacts facts = ask(ReadRequest{grid, options, held != nullptr}, memory.get(),
                            [&](FieldFacts& answer) { take_field(answer, memory.get(), held); });
     try {
-      if (!facts.same_values && !facts.stored)
+      if (!facts.same_values && !facts.stored())
         take_values(facts.field,
                     [&](const ValuesRequest& some, int piece) { return ask(some, piece); });
       check_field(facts, options.role);
@@ -177,11 +171,11 @@ class GuardedReader final : public Reader {
       if (lacks_threads(error)) throw;
       throw nonsense(*file_, error.what());
     }
-    last_ = facts.stored ? Field() : facts.field;
+    last_ = facts.stored() ? Field() : facts.field;
     last_storage_ = last_.storage;
     last_.storage.reset();
     // from now on that process reads leaves, as long as the field is held
-    if (facts.stored)
+    if (facts.stored())
       facts.field.reader =
           std::make_shared<GuardedLeaves>(std::move(process_), file_, facts, options.role);
     return std::move(facts.field);

@@ -14,7 +14,7 @@
 #include "base/text.h"
 #include "nano_tree.h"
 #include "psivox/error.h"
-#include "value_block.h"
+#include "values.h"
 
 namespace psivox::vdb {
 namespace {

@@ -40,7 +40,7 @@ class NanoGrid final : public FileGrid {
   }
 
   std::string why_whole() const override { return "its file has it as one block"; }
-  std::shared_ptr<StoredLeaves> stored_leaves(const LeafSurvey&, std::string, bool) override {
+  std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey&, std::string) override {
     return nullptr;
   }
 

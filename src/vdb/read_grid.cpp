@@ -1,20 +1,17 @@
-#include "read_grid.h"
-
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/vector_relational.hpp>
-#include <new>
-#include <numeric>
 #include <optional>
 #include <utility>
 
 #include "base/memory.h"
 #include "base/text.h"
 #include "field/value_range.h"
+#include "grid_file.h"
 #include "psivox/error.h"
+#include "trees.h"
 
 namespace psivox::vdb {
 namespace {
@@ -238,32 +235,14 @@ class Reading {
     find_percentiles(field_, voxels, options_);
   }
 
-  /// Surveys the leaves, unless the caller does, and leaves their values where they are.
+  /// Leaves the values of leaves where they are, for the caller to survey.
   void leave_in_file() {
     if (options_.memory)
       file_.file().keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
     field_.survey = take_tiles(grid_.topology().tiles);
     for (const glm::ivec3& origin : grid_.topology().leaves)
       field_.leaves.push_back({origin, nullptr});
-    const LeafSurvey survey = leaf_survey(/*ranges=*/true);
-    if (options_.unsurveyed) {
-      field_.reader = grid_.stored_leaves(survey, subject_, /*surveyed=*/false);
-      return;
-    }
-    SurveySum sum;
-    grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
-      std::array<float, 3 * kLeafVoxels> values;
-      leaf.copy_to(values.data());
-      sum.add(survey.take(grid_.topology().leaves[n], values.data(), leaf.active()));
-    });
-    const auto leaves = grid_.stored_leaves(survey, subject_, /*surveyed=*/true);
-    leaves->replace_infinite(take_survey(field_, sum.total(), options_, subject_));
-    field_.reader = leaves;
-    set_percentiles(field_, options_.percentiles, [&](const auto& take) {
-      std::vector<std::uint32_t> all(field_.leaves.size());
-      std::iota(all.begin(), all.end(), std::uint32_t{0});
-      each_active(*leaves, all, field_.channels, take);
-    });
+    field_.reader = grid_.stored_leaves(leaf_survey(/*ranges=*/true), subject_);
   }
 
   const ReadOptions& options_;

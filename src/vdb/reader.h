@@ -67,9 +67,6 @@ auto or_input_error(const Work& work, const Text& text) {
   }
 }
 
-/// The reader of a .vdb or .nvdb in this process.
-std::unique_ptr<Reader> open_in_place(std::shared_ptr<FileBlocks> file, Progress progress);
-
 /// The reader of a file's format, by the file's first bytes, in this process. `data`: the file of
 /// values that the file says lie beside it (scan::data_path), or null.
 std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,

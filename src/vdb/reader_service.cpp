@@ -31,15 +31,13 @@ class ReaderService final : public guard::Service {
   /// Empty if the process lacks the module `trees`.
   std::string answer(std::string_view bytes, int descriptor) override {
     Request request;
-    guard::Unpacker unpack(bytes);
-    unpack(request);
-    guard::Packer pack;
+    guard::unpack(bytes, request);
     try {
-      std::visit([&](const auto& known) { pack(answer_to(known, descriptor)); }, request);
+      return std::visit(
+          [&](const auto& known) { return guard::packed(answer_to(known, descriptor)); }, request);
     } catch (const TreesNeeded&) {
       return {};
     }
-    return pack.text();
   }
 
  private:
@@ -69,12 +67,11 @@ class ReaderService final : public guard::Service {
     FieldFacts facts;
     facts.leaves = field.leaves.size();
     facts.tiles = field.tiles.size();
-    facts.stored = field.reader != nullptr;
     if (field.reader) facts.active_tiles = field.reader->active_tiles();
     facts.same_values = request.holds_last && shares_values(field, last_);
     if (!facts.same_values) write_places(field, memory, facts);
     last_ = std::move(field);
-    if (facts.stored) last_.leaves = {};  // its reader knows their places
+    if (last_.reader) last_.leaves = {};  // its reader knows their places
     facts.field = last_;
     return facts;
   }

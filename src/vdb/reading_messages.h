@@ -77,10 +77,12 @@ using Request = std::variant<DataRequest, FactsRequest, InfoRequest, ContentRequ
 struct FieldFacts {
   Field field;
   std::uint64_t leaves = 0, tiles = 0;
-  bool stored = false;       ///< the values of leaves stay in the file
   bool same_values = false;  ///< the last field's values; nothing was written
   std::string bytes{};       ///< instead of shared memory, where a limit of file sizes holds for it
   std::vector<TileValue> active_tiles{};  ///< if stored
+
+  /// Whether the values of leaves stay in the file.
+  bool stored() const { return field.survey.has_value(); }
 };
 
 /// Empty memory that two processes can map. Throws Error(failure).
@@ -127,8 +129,7 @@ inline void describe(guard::Codec& codec, FieldFacts& facts) {
          notices] = facts.field;
   codec(name, value_type, channels, of_vectors, box, transform, active, active_range, stored_range,
         percentiles, width, survey, replaced, notices);
-  codec(facts.leaves, facts.tiles, facts.stored, facts.same_values, facts.bytes,
-        facts.active_tiles);
+  codec(facts.leaves, facts.tiles, facts.same_values, facts.bytes, facts.active_tiles);
 }
 
 }  // namespace psivox::vdb
@@ -141,7 +142,7 @@ PSIVOX_PACK(GridInfo, name, type, value_type, grid_class, channels, half, active
             box, size, transform, map, background, values_read, values, lo, hi, metadata, problem)
 PSIVOX_PACK(GridContent, active_voxels, nothing)
 PSIVOX_PACK(ReadOptions, role, strict, distances, empty, active, background, percentiles, memory,
-            in_file, unsurveyed)
+            in_file)
 PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, largest, least)
 PSIVOX_PACK(Extent, min, max, infinite)
 PSIVOX_PACK(ValueSurvey, bad, largest, all, active, in_box)

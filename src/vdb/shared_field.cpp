@@ -20,12 +20,10 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
-#include <utility>
 #include <vector>
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
-#include "grid_rows.h"
 #include "psivox/error.h"
 #include "reading_messages.h"
 #include "survey.h"
@@ -181,7 +179,7 @@ void check_range(const std::optional<glm::vec2>& range) {
 void check_values(const Field& field, GridRole role, bool stored) {
   for (const Tile& tile : field.tiles)
     require(all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role,
-                     /*infinite=*/field.survey.has_value()),
+                     /*infinite=*/stored),
             bad_values);
   if (stored) return;
   std::atomic<bool> good = true;
@@ -290,12 +288,11 @@ void check_field(const FieldFacts& facts, GridRole role) {
   require(std::isfinite(field.replaced.least), "an impossible least value");
   check_range(field.active_range);
   check_range(field.stored_range);
-  require(!field.survey || (facts.stored && is_possible(*field.survey)), "an impossible survey");
-  require(!facts.stored || field.survey || (field.active_range && field.stored_range), "no ranges");
+  require(!field.survey || is_possible(*field.survey), "an impossible survey");
   for (const auto& [percent, value] : field.active_percentiles)
     require(std::isfinite(percent) && !std::isnan(value), "an impossible percentile");
   check_places(field);
-  check_values(field, role, facts.stored);
+  check_values(field, role, facts.stored());
 }
 
 }  // namespace psivox::vdb

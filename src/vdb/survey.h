@@ -3,11 +3,14 @@
 #include <openvdb/util/NodeMasks.h>
 #include <tbb/combinable.h>
 
+#include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
+#include <limits>
+#include <optional>
 #include <span>
 #include <string>
-#include <vector>
 
 #include "psivox/field.h"
 #include "psivox/vdb.h"
@@ -34,12 +37,6 @@ class LeafSurvey {
   LeafSurvey(GridRole role, int channels, bool ranges, const Box& box = {})
       : smallest_(smallest_good(role)), channels_(channels), ranges_(ranges), box_(box) {}
 
-  LeafSurvey without_ranges() const {
-    LeafSurvey other = *this;
-    other.ranges_ = false;
-    return other;
-  }
-
   /// Surveys a leaf. NaN, -Inf and values below the smallest good one become 0; +Inf is counted and
   /// stays.
   ValueSurvey take(const glm::ivec3& origin, float* values, const LeafMask& active) const;
@@ -47,8 +44,10 @@ class LeafSurvey {
   /// Surveys a leaf whose values are all good.
   ValueSurvey look(const glm::ivec3& origin, const float* values, const LeafMask& active) const;
 
- private:
+  /// Replaces values as `take` does.
   BadValues clean(float* values) const;
+
+ private:
   ValueSurvey extents(const glm::ivec3& origin, const float* values, const LeafMask& active,
                       bool infinite) const;
 
@@ -79,5 +78,36 @@ float settle(Field& field, ValueSurvey& survey, const ReadOptions& options,
 
 /// Gives +Inf among so many values another value.
 void replace_infinite(float* values, std::size_t count, float largest);
+
+// What `psivox info` says of a grid, whatever it is read from.
+
+/// Statistics of active values that add up; of lengths, if there are vectors.
+struct Statistics {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
+  std::uint64_t not_finite = 0;
+
+  void add(double value, std::uint64_t count);
+  void add(const Statistics& other);
+  /// A value of so many voxels. `Number` is float or double.
+  template <typename Number>
+  void add(const Number* value, int channels, std::uint64_t count) {
+    add(channels == 1 ? double(*value)
+                      : std::hypot(double(value[0]), double(value[1]), double(value[2])),
+        count);
+  }
+  /// The active values of a leaf.
+  template <typename Number>
+  void add(const Number* values, int channels, const LeafMask& active) {
+    for (auto on = active.beginOn(); on; ++on)
+      add(values + on.pos() * std::size_t(channels), channels, std::uint64_t{1});
+  }
+  std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
+};
+
+/// What a picture could be made of a grid with so many active voxels, some of which are not 0.
+GridContent content_of(std::uint64_t active_voxels, bool has_value);
+
+/// Whether coordinates would overflow: the box is 2^30 voxels wide or that far from the origin.
+bool too_large(const Box& box);
 
 }  // namespace psivox::vdb

@@ -19,7 +19,7 @@
 #include "grid_head.h"
 #include "psivox/field.h"
 #include "survey.h"
-#include "value_types.h"
+#include "values.h"
 
 // What is read of a grid: its topology, and then its leaves.
 

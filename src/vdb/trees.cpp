@@ -2,7 +2,6 @@
 
 #include <mutex>
 #include <optional>
-#include <string>
 
 #include "base/loaded_module.h"
 #include "psivox/error.h"

@@ -45,10 +45,9 @@ std::vector<double> profile(int count, Value value) {
   return values;
 }
 
-/// Integral along the ray, from its origin, of the tent of one voxel with value 1. Between faces of
-/// cells the tent is a cubic, which Simpson's rule integrates exactly.
-double tent_along(const WorldRay& ray, const glm::ivec3& voxel,
-                  const glm::dmat4& index_from_world = glm::dmat4(1.0));
+/// Integral along the ray, from its origin, of the tent of one voxel with value 1, in index space.
+/// Between faces of cells the tent is a cubic, which Simpson's rule integrates exactly.
+double tent_along(const WorldRay& ray, const glm::ivec3& voxel);
 
 /// Radiance of a medium whose value rises from 0 by m per world unit, with tau = K value and L =
 /// value. The camera looks against the rise, and the medium is opaque before its end. It is the

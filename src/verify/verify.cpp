@@ -57,10 +57,8 @@ double Plate::along(const WorldRay& ray) const {
   return across(std::min(first, last), std::max(first, last)) / std::abs(d.x);
 }
 
-double tent_along(const WorldRay& ray, const glm::ivec3& voxel,
-                  const glm::dmat4& index_from_world) {
-  const glm::dvec3 d = glm::dmat3(index_from_world) * ray.direction;
-  const glm::dvec3 p = glm::dvec3(index_from_world * glm::dvec4(ray.origin, 1)) - glm::dvec3(voxel);
+double tent_along(const WorldRay& ray, const glm::ivec3& voxel) {
+  const glm::dvec3 d = ray.direction, p = ray.origin - glm::dvec3(voxel);
   std::vector<double> faces = {0};
   for (int axis = 0; axis < 3; ++axis)
     for (const double face : {-1.0, 0.0, 1.0})

@@ -126,7 +126,7 @@ void read_picture(std::string_view bytes) {
 
 /// As one of several ranks does: values stay in the file, whose metadata have their places.
 void read_in_file(const VdbFile& file) {
-  const Field field = file.read(file.default_grid(), {.in_file = true, .unsurveyed = true});
+  const Field field = file.read(file.default_grid(), {.in_file = true});
   if (!field.reader) return;
   constexpr std::size_t at_once = 1024;
   std::vector<float> values(at_once * 512 * std::size_t(field.channels));

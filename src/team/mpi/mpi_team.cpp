@@ -121,21 +121,6 @@ class MpiTeam final : public Team {
     return result;
   }
 
-  void all_collect(Bytes bytes, std::size_t item, const Received& received) override {
-    const Item type(item);
-    const int own = checked_size(bytes.size() / item);
-    std::vector<int> sizes(first() ? static_cast<std::size_t>(size()) : 0);
-    MPI_Request request = MPI_REQUEST_NULL;
-    MPI_Igather(&own, 1, MPI_INT, sizes.data(), 1, MPI_INT, 0, MPI_COMM_WORLD, &request);
-    wait(request);
-    std::vector<std::byte> all(total(sizes) * item);
-    const std::vector<int> at = begins(sizes);
-    MPI_Igatherv(bytes.data(), own, type.get(), all.data(), sizes.data(), at.data(), type.get(), 0,
-                 MPI_COMM_WORLD, &request);
-    wait(request);
-    hand_on(all, sizes, item, received);
-  }
-
   void all_exchange(const std::vector<Bytes>& to, std::size_t item,
                     const Received& received) override {
     const Item type(item);
@@ -155,7 +140,12 @@ class MpiTeam final : public Team {
     MPI_Ialltoallv(all.data(), sent.data(), from.data(), type.get(), taken.data(), sizes.data(),
                    at.data(), type.get(), MPI_COMM_WORLD, &request);
     wait(request);
-    hand_on(taken, sizes, item, received);
+    const std::byte* next = taken.data();
+    for (std::size_t rank = 0; rank < sizes.size(); ++rank) {
+      const std::size_t bytes = static_cast<std::size_t>(sizes[rank]) * item;
+      std::copy_n(next, bytes, received(rank, bytes));
+      next += bytes;
+    }
   }
 
  private:
@@ -167,17 +157,6 @@ class MpiTeam final : public Team {
     for (int done = 0; MPI_Test(&request, &done, MPI_STATUS_IGNORE), !done;) {
       std::this_thread::sleep_for(pause);
       pause = std::min(2 * pause, std::chrono::microseconds{1000});
-    }
-  }
-
-  /// Gives each rank's items to where they go.
-  static void hand_on(const std::vector<std::byte>& all, const std::vector<int>& sizes,
-                      std::size_t item, const Received& received) {
-    const std::byte* from = all.data();
-    for (std::size_t rank = 0; rank < sizes.size(); ++rank) {
-      const std::size_t bytes = static_cast<std::size_t>(sizes[rank]) * item;
-      std::copy_n(from, bytes, received(rank, bytes));
-      from += bytes;
     }
   }
 
