@@ -63,7 +63,7 @@ TEST(Camera, FieldOfViewComesFromTheLens) {
     scene.fov = fov;
     EXPECT_TRUE(has(usage_error([&] { camera_for(scene); }), "the field of view is "));
   }
-  for (const double fov : {1e-100, 179.99}) {
+  for (const double fov : {1e-100, 179.9999}) {
     scene.fov = fov;
     EXPECT_TRUE(std::isfinite(camera_for(scene).position.z)) << fov;
   }

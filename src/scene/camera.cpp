@@ -147,7 +147,7 @@ Camera make_camera(const Scene& scene, const Subject& whole) {
   const Subject subject = framed_subject(scene, whole);
   const double fov = horizontal_fov(scene);
   // beyond these float32 loses rays, or double the distance at which the volume is in frame
-  constexpr double narrowest = 1e-100, widest = 179.99;
+  constexpr double narrowest = 1e-100, widest = 179.9999;
   if (!(fov >= narrowest && fov <= widest))
     throw Error(ExitCode::usage, "the field of view is " + number_text(fov) +
                                      " degrees, but goes from " + number_text(narrowest) + " to " +
