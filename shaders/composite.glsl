@@ -143,7 +143,7 @@ void composite_depth(INOUT(March) m, Cubic attenuation, real t_back, real length
 
 // What a piece of a cell holds: cubics from its front to its back.
 struct CellPiece {
-  real extent;  // its length [unit of t]
+  real unit;    // depth where tau / extinction is 1, an eighth of it in a deep cell
   Cubic value;  // of the density grid
   Cubic tau;    // tau / extinction, from the camera's end on
   Cubics L;     // of a luminance grid
@@ -173,7 +173,7 @@ struct NodeSum {
 // The node at `place` of the way through the piece: `share` is its part of the piece.
 void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, real share) {
   real s = from_back ? real(1.0) - place : place;
-  real depth = extinction * piece.extent * antiderivative(piece.tau, s);
+  real depth = piece.unit * antiderivative(piece.tau, s);
   real through = share * (cell_nodes == 4 ? shallow_decay(depth) : deep_decay(depth));
   real weight = integrate_cell(piece.tau, through, s);
   sum.weight += weight;
@@ -192,7 +192,8 @@ void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, 
 // `attenuation` is the cubic of tau / extinction, `value` that of the density grid.
 void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back, real length) {
   real3 none = real3(real(0.0));
-  CellPiece piece = CellPiece(length, value, attenuation, constant_cubics(none), no_emission());
+  CellPiece piece = CellPiece(extinction * length * (cell_nodes == 4 ? real(1.0) : real(0.125)), value,
+                              attenuation, constant_cubics(none), no_emission());
   if (from_back) piece.tau = reversed(attenuation);
   seek(m, m.t + real(0.5) * length, true);
   if (own_luminance) piece.L = luminance_along(m, length);

@@ -361,7 +361,7 @@ TEST(Atlas, PredictionIsWhatIsBuilt) {
 
 TEST(Atlas, MemoryLimitIsKeptToTheByte) {
   const Field field = make_field({{0, 0, 0}, {30, 30, 30}}, noise);
-  const std::uint64_t needed = 2 * predict_atlas(field).bytes();
+  const std::uint64_t needed = predict_atlas(field).bytes();
   EXPECT_NO_THROW(build_atlas(field, {.memory_limit = needed}));
   const std::string message =
       error_of(ExitCode::memory, [&] { build_atlas(field, {.memory_limit = needed - 1}); });

@@ -59,6 +59,14 @@ TEST(Camera, FieldOfViewComesFromTheLens) {
   EXPECT_NEAR(camera_for(scene).half_width, 1, 1e-12);
   scene.fov = 60;
   EXPECT_NEAR(camera_for(scene).half_width, std::tan(pi / 6), 1e-15);
+  for (const double fov : {1e-300, 179.9999999}) {
+    scene.fov = fov;
+    EXPECT_TRUE(has(usage_error([&] { camera_for(scene); }), "the field of view is "));
+  }
+  for (const double fov : {1e-100, 179.9999}) {
+    scene.fov = fov;
+    EXPECT_TRUE(std::isfinite(camera_for(scene).position.z)) << fov;
+  }
 }
 
 TEST(Camera, OnlyATargetIsLookedAtAlongMinusZ) {

@@ -193,6 +193,11 @@ TEST_F(ImageTest, ReadsPicturesOfOtherPrograms) {
   EXPECT_EQ(read_image(file("grey.exr")).layers[0].values,
             (std::vector<float>{0.25f, 0.25f, 0.25f, 1, 2, 2, 2, 1}));
 
+  spec = OIIO::ImageSpec(1, 1, 4, OIIO::TypeFloat);
+  spec.channelnames = {"X", "Y", "Z", "W"};
+  write_with_oiio(file("vector.exr"), spec, {1, 2, 3, 4});
+  EXPECT_TRUE(has(input_error([&] { read_image(file("vector.exr")); }), "but W X Y Z"));
+
   spec = OIIO::ImageSpec(1, 1, 3, OIIO::TypeFloat);
   write_with_oiio(file("rgb.exr"), spec, {1, 2, 3});
   EXPECT_EQ(read_image(file("rgb.exr")).layers[0].values, (std::vector<float>{1, 2, 3, 1}));

@@ -72,6 +72,14 @@ with tempfile.TemporaryDirectory() as folder:
     assert parts < 1.1 * limit, parts / limit
     subprocess.run([program, "compare", "whole.exr", "parts.exr", "--max-rms", "1e-6"], check=True)
 
+    # values and atlas, 158 MiB beside the program's 170, and no room for another atlas
+    limit = 345 * MIB
+    said, between = render("between.exr", "--memory-limit", str(limit))
+    print(f"peak of the whole under a limit: {between / MIB:.0f} MiB")
+    assert "parts" not in said, said
+    assert between < limit, between / limit
+    subprocess.run([program, "compare", "whole.exr", "between.exr", "--max-abs", "0"], check=True)
+
     # in light the values are in memory, and those of the light as well: 64 MiB each
     def lit(output, limit):
         return peak_of(program, "render", "fog.vdb", "-o", output, "--resolution", "160x90",
@@ -83,10 +91,15 @@ with tempfile.TemporaryDirectory() as folder:
     said, parts = lit("parts.exr", limit)
     print(f"peak in light: whole {whole / MIB:.0f} MiB, in parts {parts / MIB:.0f} MiB")
     assert re.search(r"drawn in \d+ parts", said), said
-    # the whole hardly takes more than the limit, which leaves out that the driver makes no copy
     assert parts < min(1.1 * limit, 0.9 * whole), (parts / limit, parts / whole)
     # each is within 1e-3 of the exact picture
     subprocess.run([program, "compare", "whole.exr", "parts.exr", "--max-rms", "2e-3"], check=True)
+    limit = 520 * MIB  # 316 MiB of values, light and an atlas of each
+    said, between = lit("between.exr", limit)
+    print(f"peak of the whole in light under a limit: {between / MIB:.0f} MiB")
+    assert "parts" not in said, said
+    assert between < limit, between / limit
+    subprocess.run([program, "compare", "whole.exr", "between.exr", "--max-rms", "2e-3"], check=True)
 
     child = subprocess.run([program, "render", "fog.vdb", "-o", "a.exr", "--resolution", "32x18",
                             "--memory-limit", "299M", "--light", "0,-1,0"], capture_output=True,

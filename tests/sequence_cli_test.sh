@@ -170,6 +170,13 @@ for key in '"fov": 500' '"up": [0,0,0]' '"position": [1,2,3,4]'; do
   echo "{\"keys\": [{\"frame\": 1}, {\"frame\": 3, $key}]}" >bad.json
   run 3 "camera path 'bad.json': " in/plume.0006.vdb -o out/b.#.png "${small[@]}" --camera-path bad.json
 done
+echo '{"keys": [{"frame": 1, "position": [0.5,1,6]},
+                {"frame": 3, "position": [0.5,8,0.5], "target": [0.5,1,0.5], "up": [0,1,0]}]}' >up.json
+run 2 "--camera-path 'up.json', frame 3: --camera-up is parallel to the view" in/plume.0006.vdb \
+  -o out/b.#.png "${small[@]}" --camera-path up.json
+[ -z "$(ls out/b.* 2>/dev/null)" ] || fail "a path that ends upright: $(ls out)"
+echo '{"keys": [}' >bad.json
+run 3 "camera path 'bad.json': not JSON: line 1, column 11" in/plume.0006.vdb -o out/b.#.png --camera-path bad.json
 run 0 "6 frames" $pattern -o out/f.#.png "${small[@]}" --follow
 [ "$(for i in 1 6; do scene_of out/f.$i.png | tr -d ' \n' | grep -o '"camera-target":\[[^]]*\]'; done | sort -u | wc -l)" = 2 ] ||
   fail "--follow: the camera stays"

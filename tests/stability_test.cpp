@@ -206,6 +206,20 @@ TEST_F(StabilityGpu, BrightAndThin) {
   }
 }
 
+// Trilinear values that round below 0 times an extinction that makes their depth hugely negative:
+// e^{-x} must not overflow at a node where the attenuation is 0.
+TEST_F(StabilityGpu, RoundingTimesAHugeExtinction) {
+  for (const double extinction : {1e18, 1e34}) {
+    Scene scene = oblique_blobs();
+    scene.resolution = {64, 64};
+    scene.integrator = Integrator::cell_exact;
+    scene.extinction = extinction;
+    const Image image = gl_picture(view_of(scene, blobs(), Glow::density));
+    expect_content(image, 0.1);
+    EXPECT_EQ(compare_images(image, image).not_finite, 0u) << extinction;
+  }
+}
+
 // Values at half's largest: the sum of two in half is Inf, so corners are weighed in float32. 65504
 // and 32752 are halves: both texel types hold the same values.
 TEST_F(StabilityGpu, HalvesNearTheirLargest) {

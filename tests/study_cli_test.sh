@@ -276,6 +276,12 @@ run 2 "are named" "${others[@]}" -o bad --add peer=their.exr --add peer=opaque.e
 run 3 "no such file" "${others[@]}" -o bad --add peer=none.exr
 run 3 "has 64x48 pixels; the study's pictures have 32x24" "${others[@]}" -o bad --add peer=their.exr --resolution 32x24
 run 2 "no key 'time'" "${others[@]}" -o bad --peers <(echo '[{"name": "a", "picture": "b", "time": 1}]')
+for json in '[{"name": "a",\n "picture": }]|line 2, column 13: ' '[{"name": 7, "picture": "b"}]|name: expected a text' \
+  '[{"name": "a", "picture": "b", "time_ms": "x"}]|time_ms: expected a number'; do
+  printf "${json%|*}" >peers.json
+  run 2 "peers.json: " "${others[@]}" -o bad --peers peers.json
+  grep -qF "${json#*|}" printed.txt && ! grep -q "json.exc" printed.txt || fail "$json: $(tail -n 1 printed.txt)"
+done
 run 2 "need a scene" --psi -o bad --add peer=their.exr
 ln -s "$assets/blobs.vdb" blobs.0001.vdb
 run 2 "one frame" blobs.####.vdb --frames 1 -o bad --add peer=their.exr
@@ -287,5 +293,6 @@ if command -v vdb_render >/dev/null; then
   "$program" compare picture.exr truth.exr --max-rms 1e-3 || fail "vdb_render has another camera"
 fi
 
+[ ! -e bad ] || fail "a refused study leaves a folder"
 [ $failed -eq 0 ] && echo "all passed"
 exit $((failed > 0))

@@ -17,6 +17,7 @@
 #include "psivox/study.h"
 #include "psivox/vdb.h"
 #include "render_call.h"
+#include "scene/json_problem.h"
 
 namespace psivox {
 namespace {
@@ -63,7 +64,7 @@ StudyFile read_study_file(const std::string& path) {
       else
         set_sweep(file.sweep, name, list_text(value));
   } catch (const json::exception& error) {
-    usage(path + ": not a study in JSON: " + error.what());
+    usage(path + ": not a study in JSON: " + json_problem(text, error));
   } catch (const Error& error) {
     usage(path + ": " + error.what());
   }

@@ -32,9 +32,9 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
   if (!looked.settings.empty()) print_notice(look_text(looked.look, looked.settings, to_copy, how));
   if (looked.guesses_up)
     print_notice("nothing tells which axis is up, so Y is; --up-axis z changes that");
-  constexpr std::size_t most_names = 8;
+  constexpr std::size_t most_names = 9;
   const std::span<const std::string> unused = looked.unused_grids;
-  const std::size_t named = std::min(unused.size(), most_names);
+  const std::size_t named = unused.size() > most_names ? most_names - 1 : unused.size();
   if (named > 0)
     print_notice("not shown: " + joined(unused.first(named), ", ") +
                  (named < unused.size() ? formatted(" and %d others, which psivox info lists",

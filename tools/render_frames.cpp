@@ -36,6 +36,7 @@ class FrameMaker {
         call_(call),
         path_(path),
         first_(list.first) {
+    if (path) check_path(list);
     if (!call.turntable || scene.camera_position) return;
     // the camera as the scene sets it, in the look that was chosen
     Scene open = scene;
@@ -72,6 +73,16 @@ class FrameMaker {
   }
 
  private:
+  /// Throws Error(usage), which names the frame, if the path has no camera there.
+  void check_path(const FrameList& list) const {
+    for (const Frame& frame : list.frames) try {
+        make_camera(path_->at(sequence_.scene, frame.number), *sequence_.subject);
+      } catch (const Error& error) {
+        throw Error(error.code(), "--camera-path " + in_quotes(call_.camera_path) + ", frame " +
+                                      std::to_string(frame.number) + ": " + error.what());
+      }
+  }
+
   Scene moved(Scene scene, int frame) const {
     if (const auto depths = FramePattern::of_placeholder(scene.holdout))
       scene.holdout = depths->path(frame);

@@ -57,9 +57,10 @@ real minus_log_1m(real v) {
 }
 #endif
 
-// e^{-x}, 0 <= x <= 12, off by 5e-7 of 1 in float32: the eighth power rounds eight times.
+// e^{-8x}, 0 <= x <= 1.5, off by 5e-7 of 1 in float32: the eighth power rounds eight times. At most 1
+// below 0, where rounding may bring x, by much if the extinction is great.
 real deep_decay(real x) {
-  real e = shallow_decay(real(0.125) * x);
+  real e = shallow_decay(abs(x));
   e *= e;
   e *= e;
   return e * e;

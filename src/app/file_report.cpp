@@ -89,7 +89,7 @@ Json to_json(const GridReport& row) {
 
 /// Why no picture can be drawn.
 std::string advice_for(const FileReport& report, const std::string& refusal) {
-  if (std::ranges::any_of(report.grids, &GridReport::usable))
+  if (report.grids.empty() || std::ranges::any_of(report.grids, &GridReport::usable))
     return without_subject(refusal, report.path, "");
   return "nothing here can be rendered; each grid's problem is above";
 }
@@ -115,16 +115,21 @@ std::string range_text(const GridInfo& grid) {
   return out.str();
 }
 
+/// Letters of a text in UTF-8.
+std::size_t letters(const std::string& text) {
+  return std::size_t(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
+}
+
 std::size_t longest_name(const std::vector<GridReport>& grids) {
   std::size_t length = 0;
-  for (const GridReport& row : grids) length = std::max(length, row.grid.name.size());
+  for (const GridReport& row : grids) length = std::max(length, letters(row.grid.name));
   return length;
 }
 
 void print_usable(const FileReport& report, std::ostream& out) {
   const std::size_t width = longest_name(report.grids);
   for (const GridReport& row : report.grids) {
-    const std::string name = row.grid.name + std::string(width - row.grid.name.size(), ' ');
+    const std::string name = row.grid.name + std::string(width - letters(row.grid.name), ' ');
     if (!row.usable()) {
       out << "  " << name << "  not usable: " << row.grid.problem << '\n';
       continue;

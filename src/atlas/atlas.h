@@ -77,7 +77,7 @@ inline bool is_not_zero(const ValueRange& own, const ValueRange& /*companions*/)
 
 struct AtlasOptions {
   TexelType texel = TexelType::float32;
-  /// Largest host + GPU bytes, that is twice AtlasSize::bytes(); 0: no limit.
+  /// Largest AtlasSize::bytes(); 0: no limit.
   std::uint64_t memory_limit = 0;
   /// By the values of the field and of `companion`. The atlas stores visible cells only. If unset,
   /// is_not_zero.

@@ -94,11 +94,10 @@ void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
 }
 
 void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOptions& options) {
-  const std::uint64_t needed = 2 * size.bytes();
-  if (options.memory_limit && needed > options.memory_limit)
+  if (options.memory_limit && size.bytes() > options.memory_limit)
     throw Error(ExitCode::memory,
-                "grid '" + grid + "' needs an atlas of " + mebibytes(needed) +
-                    " (host and GPU), over the limit of " + mebibytes(options.memory_limit) +
+                "grid '" + grid + "' needs an atlas of " + mebibytes(size.bytes()) +
+                    ", over the limit of " + mebibytes(options.memory_limit) +
                     (options.texel == TexelType::float16 ? "" : "; --texel float16 halves it"));
 }
 

@@ -119,8 +119,20 @@ bool locked(int file) {
 
 }  // namespace
 
-WrittenFolder::WrittenFolder(const fs::path& folder)
-    : lock_(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+void make_folder(const fs::path& folder) {
+  std::error_code failure;
+  fs::create_directories(folder, failure);
+  if (failure || !fs::is_directory(folder))
+    throw Error(ExitCode::output, "cannot make the folder " + in_quotes(folder.string()) +
+                                      (failure ? ": " + failure.message() : ""));
+}
+
+WrittenFolder::WrittenFolder(const fs::path& folder) {
+  std::error_code failure;
+  for (fs::path at = folder; !at.empty() && !fs::exists(at, failure); at = at.parent_path())
+    made_.push_back(at);
+  make_folder(folder);
+  lock_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   if (lock_ < 0 || ::flock(lock_, LOCK_EX | LOCK_NB) == 0 || errno != EWOULDBLOCK) return;
   ::close(lock_);
   throw Error(ExitCode::output, "another process writes into " + in_quotes(folder.string()) +
@@ -128,6 +140,8 @@ WrittenFolder::WrittenFolder(const fs::path& folder)
 }
 
 WrittenFolder::~WrittenFolder() {
+  std::error_code failure;
+  for (const fs::path& folder : made_) fs::remove(folder, failure);
   if (lock_ >= 0) ::close(lock_);
 }
 

@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 namespace psivox {
 
@@ -39,17 +40,24 @@ class HiddenFile {
   int lock_ = -1;  ///< a descriptor that holds the lock
 };
 
-/// A folder that one process writes at a time, where the file system has locks.
+/// Makes the folder and its parents. Throws Error(output).
+void make_folder(const std::filesystem::path& folder);
+
+/// A folder that one process writes at a time, where the file system has locks. It is made if it is
+/// missing, with those above it.
 class WrittenFolder {
  public:
-  /// Throws Error(output) if another WrittenFolder has it, of this process or another one.
+  /// Throws Error(output) if it cannot be made, or if another WrittenFolder has it, of this process
+  /// or another one.
   explicit WrittenFolder(const std::filesystem::path& folder);
+  /// Removes the folders that it made and that are still empty.
   ~WrittenFolder();
   WrittenFolder(const WrittenFolder&) = delete;
   WrittenFolder& operator=(const WrittenFolder&) = delete;
 
  private:
-  int lock_;  ///< a descriptor that holds the lock, or -1
+  std::vector<std::filesystem::path> made_;  ///< from the inside out
+  int lock_ = -1;                            ///< a descriptor that holds the lock, or -1
 };
 
 /// Removes all hidden files of this process and blocks every further one: for a process that is

@@ -22,6 +22,15 @@ struct Split {
   Regions own = Regions({}, 1);    ///< this member's part
 };
 
+/// How often the texels of an atlas are in memory while a picture is drawn.
+struct Copies {
+  int whole = 2;  ///< on host and device
+  int part = 2;   ///< those of one region
+};
+
+/// Those of a view without its light. `discards`: a whole's texels go as others are made of them.
+Copies copies_of(const Marcher& marcher, const View& view, bool discards);
+
 /// The split by which the wish's team must draw a view. Alone, the volume is whole if its atlases
 /// fit: on host and GPU they may take the scene's memory limit, or four fifths of the memory that
 /// is free if it has none; and if only free memory is short and the picture cannot be drawn in
@@ -29,7 +38,8 @@ struct Split {
 /// machine share its memory, unless the scene has a limit, which is each member's; with light their
 /// parts' values are in memory. Throws Error(memory) if the limit cannot be kept. `limit` stands
 /// for the scene's [bytes].
-Split split_of(const View& view, const Wish& wish, std::optional<double> limit = {});
+Split split_of(const View& view, const Wish& wish, const Copies& copies = {},
+               std::optional<double> limit = {});
 
 /// Draws a volume part by part and joins what the parts show. Each member of the team draws the
 /// regions of its own part, one after another: each is converted, uploaded, drawn and dropped. One

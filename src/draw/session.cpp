@@ -48,6 +48,7 @@ struct Session::Impl {
   const Medium unlit;                  ///< the medium without its light
   std::optional<Lighting> lighting;    ///< of a medium that a light shines on
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
+  bool reused = false;                 ///< for pictures that are not the last
   Box held = everywhere;               ///< bricks of the density that are kept
   NamedHoldout holdout;
   WholeAtlas atlas;
@@ -87,7 +88,9 @@ PartMarcher Session::Impl::parts_of(Marcher& marcher, const View& wanted, const 
     wish.team->agree([&] {
       View dark = wanted;
       dark.medium = unlit;
-      split = split_of(dark, wish, memory_limit);
+      reused = reused || !wish.last || wish.layers.error || wish.layers.bound;
+      const Copies copies = memory_limit ? Copies{} : copies_of(marcher, dark, !reused);
+      split = split_of(dark, wish, copies, memory_limit);
       if (wish.team->size() == 1 || !lighting) return;
       const Box bricks = split.parts.all()[std::size_t(wish.team->rank())].bricks;
       const glm::ivec3 ghost = region_ghost(wanted);
@@ -263,7 +266,7 @@ void Session::convert(bool last) {
   impl_->atlas.discards = last;
   View dark = impl_->view;
   dark.medium = impl_->unlit;
-  if (!impl_->atlas.empty() || split_of(dark, {}, impl_->memory_limit).whole)
+  if (!impl_->atlas.empty() || split_of(dark, {}, {}, impl_->memory_limit).whole)
     impl_->atlas.of(impl_->view, impl_->view.scene.texel, times);
 }
 

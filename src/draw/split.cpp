@@ -46,7 +46,8 @@ double most_bytes(const Field& field, bool own_texels) {
 
 /// What a view's grids take, on host or GPU [bytes].
 struct Needs {
-  double fixed = 0;                  ///< however the view is split
+  Copies copies;                     ///< of texels that are split
+  double fixed = 0;                  ///< however the view is split; twice, for values or a copy
   double texels = 0;                 ///< of the density and its gradient, which are split
   double light = 0;                  ///< of the light's texels, which are split, too
   double on_host = 0;                ///< values that a part reads from the file
@@ -54,13 +55,14 @@ struct Needs {
   std::vector<glm::ivec3> places{};  ///< of these bricks
   int margin = 0;                    ///< bricks around a part that are stored, too
   /// On host and GPU, with all of them.
-  double whole() const { return 2 * (fixed + texels + light); }
+  double whole() const { return 2 * fixed + copies.whole * (texels + light); }
   /// On host and GPU, with some of the bricks.
   double of_part(double count) const {
     const auto grown = [&](int by) { return std::pow(std::cbrt(count) + 2 * by, 3) / bricks; };
     const double stored = std::min(grown(margin), 1.0);
     // a part's light and the values that it reads have another brick
-    return 2 * (fixed + texels * stored + light * grown(margin + 1)) + on_host * grown(margin + 1);
+    return 2 * fixed + copies.part * (texels * stored + light * grown(margin + 1)) +
+           on_host * grown(margin + 1);
   }
 };
 
@@ -70,10 +72,10 @@ AtlasSize size_of(const Field& field, AtlasOptions options, TexelType texel) {
 }
 
 /// What a view needs. A density whose values stay in the file is split by its topology.
-Needs needs_of(const View& view, int light) {
+Needs needs_of(const View& view, int light, const Copies& copies) {
   const Medium& medium = view.medium;
   const TexelType texel = view.scene.texel;
-  Needs needs;
+  Needs needs{.copies = copies};
   const glm::ivec3 ghost = region_ghost(view);
   needs.margin = std::max({ghost.x, ghost.y, ghost.z, int(density_options(view).with_margin)});
   if (medium.density->reader) {
@@ -151,8 +153,7 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
   if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
   throw Error(ExitCode::memory, "grid '" + view.medium.density->name + "' needs an atlas of " +
                                     mebibytes(std::uint64_t(needs.whole())) +
-                                    " (host and GPU), over the limit of " +
-                                    mebibytes(std::uint64_t(limit)) + why);
+                                    ", over the limit of " + mebibytes(std::uint64_t(limit)) + why);
 }
 
 /// Channels of the light's grid over the density's bricks; 0: no light is to be computed.
@@ -174,7 +175,7 @@ double held_bytes(const View& view, const Needs& needs, const Region& part, int 
 }
 
 /// The regions by which one process must draw a view; unset: its atlases fit.
-std::optional<Regions> needed_regions(const View& view, const Wish& wish,
+std::optional<Regions> needed_regions(const View& view, const Wish& wish, const Copies& copies,
                                       std::optional<double> given_limit) {
   const Medium& medium = view.medium;
   const bool in_file = medium.density->reader != nullptr;
@@ -198,7 +199,7 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
     if (must && shine > 0 && fields > all) throw too_much_light(view, shine, all);
     limit = left_beside(fields, all);
   }
-  Needs needs = needs_of(view, light);
+  Needs needs = needs_of(view, light, copies);
   if (!in_file && needs.whole() <= limit) return {};
   if (!must && !region_obstacle(view, wish).empty()) return {};
   const std::size_t count = most_bricks(view, wish, needs, limit);
@@ -207,14 +208,14 @@ std::optional<Regions> needed_regions(const View& view, const Wish& wish,
 
 /// The regions by which a member draws its part. `sharing`: members on its machine.
 Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ivec3> bricks,
-                        const Region& part, int sharing) {
+                        const Region& part, int sharing, const Copies& copies) {
   const bool limited = view.scene.memory_limit > 0;
   const double all = double(grid_memory(view.scene));
   std::size_t most = bricks.size();
   if (all > 0) {
     double limit = left_beside(density_bytes(view), limited ? all : all / sharing);
     const int light = light_channels(view);
-    Needs needs = needs_of(view, light);
+    Needs needs = needs_of(view, light, copies);
     if (light > 0) {
       const double held = held_bytes(view, needs, part, light);
       if (held >= limit)
@@ -235,6 +236,13 @@ Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ive
 
 }  // namespace
 
+Copies copies_of(const Marcher& marcher, const View& view, bool discards) {
+  if (!marcher.draws_in_place() || view.scene.filter != Filter::exact) return {};
+  // codes, and pairs of density and light, are made of texels
+  const bool made = has_codes(view.scene.texel) || view.medium.light;
+  return {.whole = discards ? 1 : 2, .part = made ? 2 : 1};
+}
+
 std::string light_obstacle(const View& view) {
   try {
     const double shine = light_bytes(view, light_channels(view));
@@ -247,10 +255,11 @@ std::string light_obstacle(const View& view) {
   }
 }
 
-Split split_of(const View& view, const Wish& wish, std::optional<double> limit) {
+Split split_of(const View& view, const Wish& wish, const Copies& copies,
+               std::optional<double> limit) {
   Split split;
   if (wish.team->size() == 1) {
-    if (auto regions = needed_regions(view, wish, limit))
+    if (auto regions = needed_regions(view, wish, copies, limit))
       split = {false, Regions({}, 1), std::move(*regions)};
     return split;
   }
@@ -260,7 +269,7 @@ Split split_of(const View& view, const Wish& wish, std::optional<double> limit) 
   split.whole = false;
   split.parts = Regions::in_parts(bricks, std::size_t(wish.team->size()));
   const Region part = split.parts.all()[std::size_t(wish.team->rank())];
-  split.own = regions_of_part(view, wish, bricks, part, wish.team->place().local_size);
+  split.own = regions_of_part(view, wish, bricks, part, wish.team->place().local_size, copies);
   return split;
 }
 

@@ -146,6 +146,11 @@ std::string GlRenderer::description() const {
   return impl_->context.renderer() + ", " + impl_->context.version();
 }
 
+bool GlRenderer::draws_in_place() const {
+  impl_->context.make_current();
+  return gl::draws_from_host();
+}
+
 void GlRenderer::upload(const MediumAtlas& atlas, Filter filter) {
   Impl& impl = *impl_;
   if (impl.textures) {

@@ -14,6 +14,7 @@ class GlRenderer : public Marcher {
 
   std::string description() const override;
   bool rounds() const override { return true; }
+  bool draws_in_place() const override;
 
   /// Copies the atlas to the GPU. Throws Error(graphics).
   void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) override;

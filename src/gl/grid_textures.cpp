@@ -88,19 +88,18 @@ std::vector<T> padded(const T* texels, std::size_t count) {
 /// Texels of three floats that are padded: no limit on memory counts what is added to them, 16 MiB.
 constexpr std::uint64_t most_padded = std::uint64_t{1} << 22;
 
-/// Whether the device's memory is the host's, and a buffer can be the host's array.
-bool draws_from_host() {
-  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
-  return !test_limits.copies_texels && renderer && is_software(renderer) &&
-         epoxy_has_gl_extension("GL_AMD_pinned_memory");
-}
-
 GLenum buffer_format(const BrickAtlas& atlas) {
   if (atlas.texel == TexelType::float32) return atlas.channels == 1 ? GL_R32F : GL_RGB32F;
   return atlas.channels == 1 ? GL_R16F : GL_RGBA16F;
 }
 
 }  // namespace
+
+bool draws_from_host() {
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  return !test_limits.copies_texels && renderer && is_software(renderer) &&
+         epoxy_has_gl_extension("GL_AMD_pinned_memory");
+}
 
 AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside,
                              bool discard)

@@ -9,6 +9,10 @@ namespace psivox::gl {
 
 class AtlasTextures;
 
+/// Whether the current context's driver draws from the host's memory: a buffer of scalar texels is
+/// the atlas's own array, not a copy.
+bool draws_from_host();
+
 /// The grids of an atlas on the GPU. Needs a current context for its whole life.
 class GridTextures {
  public:

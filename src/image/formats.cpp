@@ -38,7 +38,7 @@ Error read_error(const fs::path& path, const std::string& why) {
 Error no_picture(const fs::path& path, const std::vector<std::string>& channels) {
   std::string names;
   for (const std::string& name : channels) names += " " + name;
-  return read_error(path, "it has neither the channels R G B nor Y, but" + names);
+  return read_error(path, "it has neither the channels R G B nor a luminance Y, but" + names);
 }
 
 Error write_error(const fs::path& path, const std::string& why) {

@@ -244,7 +244,8 @@ std::optional<LayerSource> picture_source(const std::vector<std::string>& names)
   const auto red = index_of(names, "R");
   const auto green = index_of(names, "G");
   const auto blue = index_of(names, "B");
-  const auto grey = index_of(names, "Y");
+  // beside X it is a vector's
+  const auto grey = index_of(names, "X") ? std::nullopt : index_of(names, "Y");
   const auto alpha = index_of(names, "A");
   const std::vector<std::string> channels = {"R", "G", "B", "A"};
   if (red && green && blue) return LayerSource{"", channels, {red, green, blue, alpha}};

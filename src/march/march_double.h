@@ -47,6 +47,7 @@ glm::vec4 flattened(const DeepSample* samples, std::size_t count);
 class DoubleMarcher : public Marcher {
  public:
   std::string description() const override { return "march in double precision"; }
+  bool draws_in_place() const override { return true; }
   void upload(const MediumAtlas& atlas, Filter) override { atlas_ = &atlas; }
   LightDepths light_depths(const View& view) override {
     return march_double_light_depths(view, *atlas_);

@@ -67,6 +67,8 @@ class Marcher {
   virtual bool marches() const { return true; }
   /// Whether its arithmetic has an error to look for: it is float32.
   virtual bool rounds() const { return false; }
+  /// Whether it reads an atlas for exact filtering where it is, not a copy on a device.
+  virtual bool draws_in_place() const { return false; }
 
   /// Takes the atlas, which must stay until the last render, and may copy it when something first
   /// needs the copy. Later renders must ask for the same filter.

@@ -108,9 +108,8 @@ class Builder {
   }
 
   void use(const BrickAtlas& atlas) {
-    // 1 rather than 0, which would be no limit
-    const std::uint64_t used = 2 * atlas.size.bytes();
-    if (left_) left_ = left_ > used ? left_ - used : 1;
+    const std::uint64_t used = atlas.size.bytes();
+    if (left_) left_ = left_ > used ? left_ - used : 1;  // 0 would be no limit
   }
 
  private:

@@ -8,6 +8,7 @@
 #include <glm/matrix.hpp>
 #include <glm/trigonometric.hpp>
 
+#include "base/text.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
 #include "scene/cuts.h"
@@ -145,8 +146,12 @@ Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dve
 Camera make_camera(const Scene& scene, const Subject& whole) {
   const Subject subject = framed_subject(scene, whole);
   const double fov = horizontal_fov(scene);
-  if (!(fov > 0 && fov < 180))
-    throw Error(ExitCode::usage, "--fov must be above 0 and below 180 degrees");
+  // beyond these float32 loses rays, or double the distance at which the volume is in frame
+  constexpr double narrowest = 1e-100, widest = 179.9999;
+  if (!(fov >= narrowest && fov <= widest))
+    throw Error(ExitCode::usage, "the field of view is " + number_text(fov) +
+                                     " degrees, but goes from " + number_text(narrowest) + " to " +
+                                     number_text(widest) + "; change --fov or --zoom");
   if (scene.resolution.x < 1 || scene.resolution.y < 1)
     throw Error(ExitCode::usage, "--resolution must be at least 1x1");
   if (scene.camera_up && !has_direction(*scene.camera_up))

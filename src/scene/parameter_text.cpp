@@ -10,6 +10,7 @@
 #include "psivox/parameters.h"
 #include "scene/color.h"
 #include "scene/enum_names.h"
+#include "scene/json_problem.h"
 
 namespace psivox {
 namespace {
@@ -222,12 +223,8 @@ Scene scene_from_json(std::string_view text, std::string_view source) {
   json object;
   try {
     object = json::parse(text);
-  } catch (const json::parse_error& error) {
-    const std::string_view before = text.substr(0, error.byte);
-    const auto line = 1 + std::count(before.begin(), before.end(), '\n');
-    fail("not a scene in JSON: line " + std::to_string(line) + " is not valid");
-  } catch (const json::out_of_range&) {
-    fail("not a scene in JSON: a number is beyond double precision");
+  } catch (const json::exception& error) {
+    fail("not a scene in JSON: " + json_problem(text, error));
   }
   if (!object.is_object()) fail("not a scene: expected a JSON object of parameters");
   Scene scene;

@@ -6,6 +6,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "scene/json_problem.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -106,7 +107,7 @@ TransferFunction read(std::string_view text) {
   try {
     document = json::parse(text);
   } catch (const json::exception& error) {
-    fail_at("not a transfer function in JSON: " + std::string(error.what()));
+    fail_at("not a transfer function in JSON: " + json_problem(text, error));
   }
   if (document.is_array()) {
     if (document.size() != 1)

@@ -10,6 +10,7 @@
 #include "base/text_file.h"
 #include "psivox/error.h"
 #include "scene/cuts.h"
+#include "scene/json_problem.h"
 
 namespace psivox {
 
@@ -90,10 +91,18 @@ CameraKey key_of(const json& entry, const std::string& path) {
   return key;
 }
 
+json parsed(const std::string& text, const std::string& path) {
+  try {
+    return json::parse(text);
+  } catch (const json::exception& error) {
+    refuse(path, "not JSON: " + json_problem(text, error));
+  }
+}
+
 std::vector<CameraKey> keys_of(const std::string& text, const std::string& path) {
   std::vector<CameraKey> keys;
   try {
-    const json file = json::parse(text);
+    const json file = parsed(text, path);
     for (const json& entry : file.is_array() ? file : file.at("keys"))
       keys.push_back(key_of(entry, path));
   } catch (const json::exception&) {

@@ -157,7 +157,7 @@ std::vector<Plot> order_plots(const std::vector<OrderRow>& rows) {
 }  // namespace
 
 void run_order_study(const std::filesystem::path& folder, const Progress& progress) {
-  check_study_folder(folder, false);
+  const WrittenFolder written = study_folder(folder, false);
   const auto part = [&](double from, double to) -> Progress {
     if (!progress) return {};
     return [=](double fraction) { progress(from + (to - from) * fraction); };

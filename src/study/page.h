@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/text.h"
+#include "base/text_file.h"
 #include "psivox/error.h"
 #include "study/results.h"
 
@@ -75,14 +76,8 @@ void write_sections(const std::filesystem::path& folder, const std::string& name
 std::string html_figure(const std::filesystem::path& png, const std::string& caption, int width,
                         const std::string& variant = "");
 
-/// Makes the folder and its parents. Throws Error(output).
-inline void make_folder(const std::filesystem::path& folder) {
-  std::error_code failure;
-  std::filesystem::create_directories(folder, failure);
-  if (failure || !std::filesystem::is_directory(folder))
-    throw Error(ExitCode::output, "cannot make the folder " + in_quotes(folder.string()) +
-                                      (failure ? ": " + failure.message() : ""));
-}
+/// The folder of a study that begins or, to `resume`, goes on. Throws as check_study_folder does.
+WrittenFolder study_folder(const std::filesystem::path& folder, bool resume);
 
 /// Texts that a page contains, by file name: page.css and plots.js from src/study/page, and
 /// Chart.js as chart.min.js.

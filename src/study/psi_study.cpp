@@ -163,7 +163,7 @@ Section section_of(const Domain& domain, const Measure& measure, const fs::path&
 }  // namespace
 
 void run_psi_study(const fs::path& folder, const Progress& progress) {
-  check_study_folder(folder, false);
+  const WrittenFolder written = study_folder(folder, false);
   make_folder(folder / "pictures");
   std::vector<Section> sections = {
       {.text =

@@ -322,19 +322,22 @@ class StudyRun {
 
 }  // namespace
 
-void check_study_folder(const fs::path& folder, bool resume) {
+WrittenFolder study_folder(const fs::path& folder, bool resume) {
   if (!resume && fs::exists(folder / results_name))
     throw Error(ExitCode::usage, in_quotes(folder.string()) +
                                      " holds the results of a study; --resume goes on with it, or "
                                      "give another folder with -o");
-  make_folder(folder);
+  return WrittenFolder(folder);
+}
+
+void check_study_folder(const fs::path& folder, bool resume) {
+  const WrittenFolder made = study_folder(folder, resume);
 }
 
 std::string run_study(View view, const StudyOptions& options) {
   if (view.scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march; a study has nothing to compare");
-  check_study_folder(options.folder, options.resume);
-  const WrittenFolder folder(options.folder);
+  const WrittenFolder folder = study_folder(options.folder, options.resume);
   check_foreign(options, view.scene);
   StudyRun run(std::move(view), options);
   try {

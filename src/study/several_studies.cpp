@@ -242,7 +242,7 @@ Plot look_ups_plot(const std::vector<StudyResults>& studies) {
 void run_summary(const std::vector<std::filesystem::path>& folders,
                  const std::filesystem::path& out) {
   const std::vector<StudyResults> studies = read_studies(folders);
-  check_study_folder(out, false);
+  const WrittenFolder written = study_folder(out, false);
   std::vector<Section> sections = {
       {.text =
            "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "

@@ -12,6 +12,7 @@
 #include "psivox/page.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
+#include "scene/json_problem.h"
 #include "study/page.h"
 #include "study/report.h"
 
@@ -250,29 +251,39 @@ ForeignPicture foreign_picture(std::string_view text) {
   return picture;
 }
 
+namespace {
+
+/// One of the list in the file at `path`.
+ForeignPicture foreign_picture(const nlohmann::json& item, const std::filesystem::path& path) {
+  const auto fail = [](const std::string& what) { throw Error(ExitCode::usage, what); };
+  if (!item.is_object() || !item.contains("name") || !item.contains("picture"))
+    fail("each picture is an object with name and picture, not " + in_quotes(item.dump()));
+  for (const auto& [key, value] : item.items()) {
+    const std::vector<std::string> keys = {"name", "picture", "time_ms"};
+    if (!std::ranges::count(keys, key)) fail("no key " + in_quotes(key) + suggestion(key, keys));
+    const bool fits = key == "time_ms" ? value.is_number() || value.is_null() : value.is_string();
+    if (!fits)
+      fail(key + ": expected a " + (key == "time_ms" ? "number" : "text") + ", not " +
+           value.dump());
+  }
+  const std::filesystem::path file = path.parent_path() / item["picture"].get<std::string>();
+  const bool timed = item.contains("time_ms") && item["time_ms"].is_number();
+  return {item["name"], file.string(), timed ? item["time_ms"].get<double>() : 0};
+}
+
+}  // namespace
+
 std::vector<ForeignPicture> read_foreign_pictures(const std::string& path) {
+  const std::string text = read_text(path, "list of pictures");
   std::vector<ForeignPicture> pictures;
   try {
-    const auto list = nlohmann::json::parse(read_text(path, "list of pictures"));
+    const auto list = nlohmann::json::parse(text);
     if (!list.is_array()) throw Error(ExitCode::usage, "expected a list, [{\"name\": , ...}, ...]");
-    for (const auto& item : list) {
-      if (!item.is_object() || !item.contains("name") || !item.contains("picture"))
-        throw Error(ExitCode::usage, "each picture is an object with name and picture, not " +
-                                         in_quotes(item.dump()));
-      for (const auto& [key, value] : item.items())
-        if (const std::vector<std::string> keys = {"name", "picture", "time_ms"};
-            !std::ranges::count(keys, key))
-          throw Error(ExitCode::usage, "no key " + in_quotes(key) + suggestion(key, keys));
-      const std::filesystem::path file = item.at("picture").get<std::string>();
-      pictures.push_back({item.at("name").get<std::string>(),
-                          (std::filesystem::path(path).parent_path() / file).string()});
-      if (item.contains("time_ms") && !item["time_ms"].is_null())
-        pictures.back().time_ms = item["time_ms"].get<double>();
-    }
+    for (const auto& item : list) pictures.push_back(foreign_picture(item, path));
   } catch (const nlohmann::json::exception& error) {
-    throw Error(ExitCode::usage, path + ": not a list of pictures in JSON: " + error.what());
+    throw Error(ExitCode::usage,
+                path + ": not a list of pictures in JSON: " + json_problem(text, error));
   } catch (const Error& error) {
-    if (error.code() != ExitCode::usage) throw;
     throw Error(ExitCode::usage, path + ": " + error.what());
   }
   return pictures;

@@ -208,7 +208,7 @@ std::vector<std::string> SuiteResult::misses() const {
 
 std::string run_suite(const std::filesystem::path& folder, bool full, int device,
                       const Progress& progress) {
-  check_study_folder(folder, false);
+  const WrittenFolder written = study_folder(folder, false);
   const auto gpu = open_gpu({.device = device});
   std::vector<SuiteRun> runs;
   double all = 0, done = 0;
