@@ -35,7 +35,7 @@ only_in() {
   done < <(includes "${folders[@]}")
 }
 only_in '^openvdb/' '^src/trees/' '^src/vdb/survey\.h$' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_' '^tests/vdb_' '^tests/fuzz/make_volumes\.cpp$'
-only_in '^nanovdb/' '^src/vdb/nano_' '^tools/bench/nanovdb_' '^tests/vdb_nano_'
+only_in '^nanovdb/' '^src/vdb/nano_' '^tools/bench/nanovdb_'
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/(image_cases\.h|(deep|ocio)_test\.cpp)$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'

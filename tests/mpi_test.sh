@@ -76,6 +76,9 @@ for mpi in "${mpis[@]}"; do
   lines=$(grep -c '^psivox:' output)
   [ "$lines" -le 1 ] || fail "$mpi: $lines lines of psivox"  # what auto has chosen, if anything
 done
+# The last MPI by four ranks, others before by two, because each rank compiles a program that none has
+# stored for the others.
+ranks_of() { if [ "$1" = "${mpis[-1]}" ]; then echo 4; else echo 2; fi; }
 for how in "--mode mip" "--mode lmip --lmip-threshold 0.2" "--mode isosurface" "--mode xray" \
   "--sampling uniform" "--extinction 4 --light 0.3,-1,-0.5" "--colormap viridis --range 20%,95%" \
   "--lod 1"; do
@@ -83,9 +86,10 @@ for how in "--mode mip" "--mode lmip --lmip-threshold 0.2" "--mode isosurface" "
   "$program" render "$V" -o 1.exr "${scene[@]}" $how -q || fail "$how: one process"
   for mpi in "${mpis[@]}"; do
     # shellcheck disable=SC2086
-    on "$mpi" 4 "$V" -o 4.exr "${scene[@]}" $how || fail "$mpi, $how: four ranks end with $?"
-    "$program" compare 1.exr 4.exr --max-rms 1e-6 >/dev/null ||
-      fail "$mpi, $how: four ranks draw another picture than one process"
+    on "$mpi" "$(ranks_of "$mpi")" "$V" -o ranks.exr "${scene[@]}" $how ||
+      fail "$mpi, $how: the ranks end with $?"
+    "$program" compare 1.exr ranks.exr --max-rms 1e-6 >/dev/null ||
+      fail "$mpi, $how: the ranks draw another picture than one process"
   done
 done
 
@@ -97,11 +101,12 @@ for how in "$V" "$assets/ramp.vdb" "$assets/slab.vdb" \
   read -ra picture <<<"$how -q --print-scene --resolution 16x12"
   "$program" render "${picture[@]}" -o 1.exr >one.json || fail "$how: one process"
   for mpi in "${mpis[@]}"; do
-    on "$mpi" 4 "${picture[@]}" -o 4.exr || fail "$mpi, $how: four ranks end with $?"
+    on "$mpi" "$(ranks_of "$mpi")" "${picture[@]}" -o ranks.exr ||
+      fail "$mpi, $how: the ranks end with $?"
     diff one.json output >differences || fail "$mpi, $how: another look: $(<differences)"
     # the light of both keeps the tolerance of 1e-3
-    "$program" compare 1.exr 4.exr --max-rms 2e-3 >/dev/null ||
-      fail "$mpi, $how: four ranks draw another picture than one process"
+    "$program" compare 1.exr ranks.exr --max-rms 2e-3 >/dev/null ||
+      fail "$mpi, $how: the ranks draw another picture than one process"
   done
 done
 

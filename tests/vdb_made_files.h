@@ -6,6 +6,7 @@
 #include <openvdb/io/Stream.h>
 
 #include <cstdint>
+#include <cstdlib>
 #include <fstream>
 #include <functional>
 #include <string>
@@ -14,6 +15,10 @@
 #include "psivox/vdb.h"
 #include "scratch.h"
 #include "vdb_test_util.h"
+
+#ifndef PSIVOX_NANOVDB_CONVERT
+#define PSIVOX_NANOVDB_CONVERT ""
+#endif
 
 namespace psivox::test {
 
@@ -83,6 +88,21 @@ inline std::filesystem::path written(const openvdb::GridCPtrVec& grids, std::uin
   file.setCompression(compression);
   file.write(grids);
   return path;
+}
+
+inline constexpr const char* no_nano_tool = "no nanovdb_convert (Debian: libnanovdb-tools)";
+inline bool has_nano_tool() { return *PSIVOX_NANOVDB_CONVERT != 0; }
+
+/// Writes grids, in the order of their names, as a .nvdb by NanoVDB's tool.
+inline std::filesystem::path written_nano(const openvdb::GridCPtrVec& grids,
+                                          const std::string& options = "",
+                                          const std::string& name = "made.nvdb") {
+  const auto from = written(grids, openvdb::io::COMPRESS_NONE, "to_convert.vdb"),
+             to = scratch_dir() / name;
+  const std::string call = "'" PSIVOX_NANOVDB_CONVERT "' --force " + options + " '" +
+                           from.string() + "' '" + to.string() + "'";
+  EXPECT_EQ(std::system(call.c_str()), 0) << call;
+  return to;
 }
 
 inline std::vector<std::uint32_t> codecs() {

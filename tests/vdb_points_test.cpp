@@ -79,6 +79,20 @@ TEST(Points, AreTheirNumberInEachVoxel) {
   }
 }
 
+TEST(Points, OfNanoVdbAreTheirNumberInEachVoxel) {
+  if (!has_nano_tool()) GTEST_SKIP() << no_nano_tool;
+  const auto few = points<NullCodec>(2000, {1, 2, 3});
+  const VdbFile nano(written_nano({few})), vdb(write_vdb({few}));
+  expect_counts(*few, nano.read("points"));
+  const GridInfo row = nano.info().at(0), wanted = vdb.info().at(0);
+  EXPECT_EQ(row.type, wanted.type);
+  EXPECT_EQ(row.value_type, wanted.value_type);
+  EXPECT_EQ(row.active_box, wanted.active_box);
+  EXPECT_EQ(row.world_from_index, wanted.world_from_index);
+  EXPECT_EQ(row.values->mean, wanted.values->mean);
+  EXPECT_GE(row.values->greatest, 2);
+}
+
 TEST(Points, MayHaveManyPagesOfAttributes) {
   const auto grid = points<NullCodec>(100'000);  // a page is 1 MiB
   expect_counts(*grid, VdbFile(write_vdb({grid})).read("points", {.memory = 10 << 20}));

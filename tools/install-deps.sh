@@ -25,7 +25,7 @@ packages=(
   # packages of psivox
   file dpkg-dev
   # tests
-  libgtest-dev python3-pytest
+  libgtest-dev libnanovdb-tools python3-pytest
   # EGL, and Mesa's software renderer for machines without a GPU
   libegl1 libgl1-mesa-dri
   # GL of a window (GLFW loads these libraries at run time)

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""make_nano.py FOLDER FILE.nvdb...: packs the grids of each file for corpus/nano, as read_bare_grid
-in targets.cpp unpacks them. The files must be uncompressed."""
+"""make_nano.py FOLDER FILE.nvdb...: packs the grids of each file for corpus/nano, as
+unpacked_grid in packed_grid.h unpacks them. The files must be uncompressed."""
 import os
 import re
 import sys

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "packed_grid.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
@@ -154,23 +155,6 @@ void read_volume(std::string_view bytes) {
   session.draw(*open_double(), {});
 }
 
-/// A bare grid of NanoVDB, uncompressed. A byte of 0 and the two behind it are so many zeros, of
-/// which a grid mostly consists.
-void read_bare_grid(std::string_view packed) {
-  constexpr std::size_t most = 8 << 20;  // [bytes]
-  std::string grid;
-  for (std::size_t i = 0; i < packed.size() && grid.size() < most; ++i) {
-    std::size_t count = 1;
-    if (packed[i] == 0 && i + 2 < packed.size()) {
-      count = static_cast<unsigned char>(packed[i + 1]);
-      count += std::size_t{256} * static_cast<unsigned char>(packed[i + 2]);
-    }
-    grid.append(count, packed[i]);
-    if (packed[i] == 0) i += 2;
-  }
-  read_volume(grid);
-}
-
 }  // namespace
 
 std::span<const Target> targets() {
@@ -186,7 +170,7 @@ std::span<const Target> targets() {
       {"command", read_command_line},
       {"volume", read_volume},
       {"scan", read_volume},  // the first bytes tell the format
-      {"nano", read_bare_grid},
+      {"nano", [](std::string_view packed) { read_volume(unpacked_grid(packed)); }},
       {"picture", read_picture},
   });
   return table;
