@@ -49,8 +49,11 @@ void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& opt
     for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
       for (auto on = voxels.active[n].beginOn(); on; ++on)
         take(voxels.leaves[n][on.pos() * channels], 1);
-    for (const TilePart& part : voxels.tiles)
-      if (part.active) take(part.tile().value.x, tile_voxels(part.tile()));
+    for (const TilePart& part : voxels.tiles) {
+      const Tile tile = part.tile();
+      const float value = tile.value.x == HUGE_VALF ? field.replaced.largest : tile.value.x;
+      if (part.active) take(value, tile_voxels(tile));
+    }
   });
 }
 
