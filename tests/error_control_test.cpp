@@ -166,6 +166,37 @@ TEST(PlanMarch, ASparkThatNoPilotRayMeetsIsNotLost) {
   EXPECT_GE(lost.max, 0.6);
 }
 
+/// A lamp of less than a pixel behind a wall that lets 1e-5 of its light through.
+View lamp_behind_a_wall() {
+  const Box box{glm::ivec3(0), glm::ivec3(79)};
+  const auto wall = [](const glm::ivec3& at) { return at.z >= 40 && at.z < 60 ? 1.0f : 0.0f; };
+  const auto lamp = [](const glm::ivec3& at) {
+    return at == glm::ivec3(41, 43, 10) ? 1e5f : 0.0f;
+  };
+  Scene scene = small_scene(48);
+  scene.emission_grid = "lamp";
+  Field lamps = make_field(box, lamp), walls = make_field(box, wall);
+  scene.extinction = 11.5 / (20 * finest_voxel(walls));
+  return make_view(scene, MediumFields{share(std::move(walls)),
+                                       nullptr,
+                                       nullptr,
+                                       {{&emission_options[0], share(std::move(lamps))}}});
+}
+
+TEST(PlanMarch, ALampThatNoPilotRayMeetsShinesThroughAnOpaqueWall) {
+  const View view = with_tolerance(lamp_behind_a_wall(), 1e-3);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  const MarchPlan plan = plan_march(view, atlas);
+  EXPECT_LE(achieved(plan, atlas).max, 4e-3) << method_text(plan.chosen.method);
+  // rays that end at a quarter of the tolerance do not reach it
+  View sooner = plan.march->view;
+  EXPECT_LT(*sooner.scene.early_termination, 1e-5);
+  sooner.scene.early_termination = 1e-3 / 4;
+  const Comparison lost =
+      compare_images(render_march_double(sooner, atlas).image, render_reference(view).image);
+  EXPECT_GE(lost.max, 0.1);
+}
+
 TEST(PlanMarch, FlamesHaveLattices) {
   Scene scene;
   scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";

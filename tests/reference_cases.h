@@ -62,7 +62,7 @@ inline PlainRadiance plain(const Medium& medium, const WorldRay& ray, double t1,
   const PlainField density(*medium.density);
   const PlainField luminance(medium.luminance ? *medium.luminance : *medium.density);
   std::vector<PlainField> emission;
-  for (const auto& [field, scale] : medium.emission) emission.emplace_back(*field);
+  for (const auto& [field, scale, _] : medium.emission) emission.emplace_back(*field);
   std::vector<double> faces{0, t1};
   density.add_faces(ray, 0, t1, faces);
   luminance.add_faces(ray, 0, t1, faces);

@@ -51,7 +51,8 @@ struct ScatteredLight {
 /// A grid that radiates by itself, whatever attenuates there.
 struct Emission {
   std::shared_ptr<const Field> field;
-  double scale = 1;  ///< emission = scale * value [radiance/world unit]
+  double scale = 1;     ///< emission = scale * value [radiance/world unit]
+  double brightest = 0;  ///< bound of the radiance along any line; set by make_view
 };
 
 /// A scene's participating medium, resolved: grids read, `auto` replaced by numbers.
@@ -61,6 +62,7 @@ struct Medium {
   LuminanceSource source = LuminanceSource::constant;
   glm::dvec3 color{1};    ///< luminance * luminance_scale where a grid multiplies it
   glm::dvec3 ambient{0};  ///< added to L, whatever its source and the phase
+  double brightest = 1;   ///< bound of L in any channel; without the light that is not in it yet
   std::shared_ptr<const Field> luminance;  ///< for scalar and vector sources, else null
   /// tau = extinction * this function's attenuation of the value; null: extinction * value.
   std::shared_ptr<const TransferFunction> transfer;
@@ -90,6 +92,9 @@ struct View {
   /// What the scene's environment holds, once it is read for a picture; null: there is none.
   std::shared_ptr<const Environment> environment{};
 };
+
+/// Bound of the radiance of any ray through a medium and its further volumes, in any channel.
+double brightest_ray(const Medium& medium);
 
 /// Henyey and Greenstein's phase function over the isotropic one (1941, eq. 2), of the mean cosine
 /// `g` and the cosine of the angle between the ways of the light before and after.
@@ -185,6 +190,10 @@ View make_view(const Scene& scene, const VdbFile& file);
 /// Makes a view of fields in memory; `luminance` may be null.
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance);
+
+/// Transmittance at which rays end: the scene's own. Else what a ray leaves out is at most half of
+/// the tolerance E in any channel, and at most E/4 of the opacity; without a tolerance E is 1/4096.
+double early_termination(const View& view);
 
 /// Extinction for which the mean ray through the grid's middle has optical depth 3. The mean is
 /// over 17 x 17 rays along each index axis through the middle half of the domain, or through the

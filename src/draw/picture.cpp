@@ -45,7 +45,9 @@ MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish
   const Progress progress = of_stage(wish.progress, Stage::choosing);
   MarchPlan result;
   if (!grids || (wish.time_budget_ms && !marched.medium.others.empty())) {
-    result = exact_plan(marched);
+    View agreed = marched;  // each member has the light of its own part
+    agreed.medium.brightest = std::ranges::max(parts.team().gather(marched.medium.brightest));
+    result = exact_plan(agreed);
   } else if (wish.time_budget_ms) {
     const glm::dvec2 size(marched.scene.resolution);
     const double rays = size.x * size.y * marched.scene.pixel_samples;
@@ -173,9 +175,9 @@ void check_deep(const Scene& scene, const PartMarcher& parts) {
 Drawn deep_picture(const View& view, const MediumAtlas& atlas, double share_of_light,
                    const Progress& progress) {
   const double tolerance = view.scene.tolerance.value_or(default_tolerance);
-  constexpr double behind = 1.0 / 64;  // what is left where a ray ends, of luminance up to 16
+  constexpr double behind = 1.0 / 64;  // of the tolerance: what a ray leaves out where it ends
   View exact = exact_view(view);
-  exact.scene.early_termination = behind / 16 * tolerance;
+  exact.scene.early_termination = behind * tolerance / std::max(1.0, brightest_ray(view.medium));
   const double rest = std::sqrt(1 - share_of_light * share_of_light) - behind;
   RenderResult result = render_deep(exact, atlas, rest * tolerance, progress);
   Drawn drawn;

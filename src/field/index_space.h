@@ -116,4 +116,14 @@ inline double finest_voxel(const Field& field) {
                    glm::length(glm::dvec3(m[2]))});
 }
 
+/// Length of the longest line through a box of so many voxels [world units].
+inline double diagonal_of(const Field& field, const glm::dvec3& size) {
+  const glm::dmat3 m(field.world_from_index);
+  double longest = 0;
+  for (const double y : {-1.0, 1.0})
+    for (const double z : {-1.0, 1.0})
+      longest = std::max(longest, glm::length(m * (size * glm::dvec3(1, y, z))));
+  return longest;
+}
+
 }  // namespace psivox

@@ -29,10 +29,8 @@ void for_active(const Field& field, const Take& take) {
   }
 }
 
-}  // namespace
-
-glm::dvec2 stored_range(const Field& field) {
-  if (field.stored_range) return glm::dvec2(*field.stored_range);
+/// Of all values of all channels, and 0.
+glm::dvec2 whole_range(const Field& field) {
   glm::dvec2 range = tbb::parallel_reduce(
       tbb::blocked_range<std::size_t>(0, field.leaves.size(), 256), glm::dvec2(0),
       [&](const auto& some, glm::dvec2 found) {
@@ -40,7 +38,7 @@ glm::dvec2 stored_range(const Field& field) {
           constexpr std::size_t lanes = 64;
           LaneRange<lanes> of_leaf;
           const OrderedValues values(field, field.leaves[n]);
-          for (std::size_t i = 0; i < 512; i += lanes) of_leaf.include(values.data() + i);
+          for (std::size_t i = 0; i < values.size(); i += lanes) of_leaf.include(values.data() + i);
           include(found, of_leaf.least());
           include(found, of_leaf.greatest());
         }
@@ -49,8 +47,19 @@ glm::dvec2 stored_range(const Field& field) {
       [](const glm::dvec2& a, const glm::dvec2& b) {
         return glm::dvec2(std::min(a.x, b.x), std::max(a.y, b.y));
       });
-  for (const Tile& tile : field.tiles) include(range, tile.value.x);
+  for (const Tile& tile : field.tiles)
+    for (int c = 0; c < field.channels; ++c) include(range, tile.value[c]);
   return range;
+}
+
+}  // namespace
+
+glm::dvec2 stored_range(const Field& field) {
+  return field.stored_range ? glm::dvec2(*field.stored_range) : whole_range(field);
+}
+
+double greatest_value(const Field& field) {
+  return field.channels == 1 ? stored_range(field).y : whole_range(field).y;
 }
 
 glm::dvec2 active_range(const Field& field) {

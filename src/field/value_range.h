@@ -106,6 +106,9 @@ double value_percentile(const Each& each, double percent) {
 /// Least and greatest value of a scalar field, including the 0 where nothing is stored.
 glm::dvec2 stored_range(const Field& field);
 
+/// Greatest value of any channel, at least 0.
+double greatest_value(const Field& field);
+
 /// The smallest active value that at least `percent` of the active values do not exceed, as found
 /// by reading; for other fields, of the active box's voxels.
 double active_percentile(const Field& field, double percent);

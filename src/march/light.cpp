@@ -13,6 +13,7 @@
 #include "base/text.h"
 #include "field/leaf_values.h"
 #include "march/medium_atlas.h"
+#include "medium/luminance_sources.h"
 #include "psivox/parameters.h"
 #include "scene/environment.h"
 
@@ -284,6 +285,7 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
   }
   medium.light.reset();
   medium.lit = true;
+  medium.brightest = brightest_luminance(medium);
   return medium;
 }
 

@@ -80,9 +80,6 @@ void check_step(const View& view);
 /// Largest value that an atlas holds, and 0.
 double greatest_value(const BrickAtlas& atlas);
 
-/// Length of the longest line through a box of so many voxels [world units].
-double diagonal_of(const Field& field, const glm::dvec3& size);
-
 /// Bounds on the optical depth of a ray through the density.
 struct DepthBounds {
   double whole = 0;

@@ -55,15 +55,6 @@ double longest_ray(const MarchParameters& p) {
 
 }  // namespace
 
-double diagonal_of(const Field& field, const glm::dvec3& size) {
-  const glm::dmat3 m(field.world_from_index);
-  double longest = 0;
-  for (const double y : {-1.0, 1.0})
-    for (const double z : {-1.0, 1.0})
-      longest = std::max(longest, glm::length(m * (size * glm::dvec3(1, y, z))));
-  return longest;
-}
-
 double greatest_value(const BrickAtlas& atlas) {
   double most = 0;
   for (const BrickStats& brick : atlas.bricks) most = std::max(most, double(brick.max));

@@ -1,6 +1,7 @@
 #include "medium/luminance_sources.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
@@ -81,6 +82,19 @@ Field black_bodies(const Scene& scene, const Field& temperature) {
                   "on; --temperature-scale gives Kelvin per unit of its values",
                   temperature.name.c_str(), hottest));
   return luminance;
+}
+
+double brightest_luminance(const Medium& medium) {
+  double value = 1;
+  if (medium.source == LuminanceSource::density) value = stored_range(*medium.density).y;
+  if (medium.luminance) value = greatest_value(*medium.luminance);
+  glm::dvec3 most = medium.color * value * henyey_greenstein(std::abs(medium.phase_g), 1);
+  if (medium.source == LuminanceSource::transfer) {
+    const glm::dvec2 range = stored_range(*medium.density);
+    most *= medium.transfer->max_color(range.x, range.y);
+  }
+  most += medium.ambient;
+  return std::max({most.x, most.y, most.z});
 }
 
 void set_luminance(const Scene& scene, const MediumFields& fields,

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "base/text.h"
+#include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "medium/density_function.h"
@@ -137,10 +138,14 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   for (const auto& [options, field] : fields.emission) {
     if (!(scene.*options->scale > 0)) continue;
     const bool hot = scene.*options->color == EmissionColor::black_body;
+    const auto radiated = hot ? std::make_shared<const Field>(black_bodies(scene, *field)) : field;
+    const double scale = scene.*options->scale;
+    const Box domain = radiated->domain();
     medium.emission.push_back(
-        {hot ? std::make_shared<const Field>(black_bodies(scene, *field)) : field,
-         scene.*options->scale});
+        {radiated, scale,
+         scale * greatest_value(*radiated) * diagonal_of(*radiated, domain.max - domain.min)});
   }
+  if (scene.composites()) medium.brightest = brightest_luminance(medium);
   return medium;
 }
 
@@ -226,6 +231,19 @@ View make_view(const Scene& scene, std::shared_ptr<const Field> density,
     luminance = density;
   }
   return make_view(scene, MediumFields{density, luminance, nullptr});
+}
+
+double brightest_ray(const Medium& medium) {
+  double sum = medium.brightest;
+  for (const Emission& emission : medium.emission) sum += emission.brightest;
+  for (const Medium& other : medium.others) sum += brightest_ray(other);
+  return sum;
+}
+
+double early_termination(const View& view) {
+  if (view.scene.early_termination) return *view.scene.early_termination;
+  const double E = std::min(view.scene.tolerance.value_or(1.0 / 4096), 1.0);
+  return E / std::max(4.0, 2 * brightest_ray(view.medium));
 }
 
 View make_view(const Scene& unnamed, const MediumFields& all_fields) {

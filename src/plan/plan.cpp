@@ -105,31 +105,9 @@ std::vector<glm::ivec2> stratified_pixels(const glm::ivec2& size, int count) {
   return pixels;
 }
 
-/// Rays end at no less than this transmittance, however bright what is behind.
-constexpr double least_termination = 1e-12;
-
-/// Whether the exact method misses the tolerance only since rays end early: what is behind is
-/// brighter than 1.
-bool ends_too_early(const View& view, const Trial& exact) {
-  return !exact.accepted && !view.medium.gradient &&
-         view.scene.resolved_early_termination() > least_termination;
-}
-
-MarchPlan plan_with_termination(const View& view, const MediumAtlas& atlas, bool given,
-                                const Progress& progress) {
-  Trials trials(view, atlas, *view.scene.tolerance, progress);
-  Trial best = trials.run_exact();
-  if (!given && ends_too_early(view, best)) {
-    View longer = view;
-    longer.scene.early_termination = view.scene.resolved_early_termination() / 64;
-    return plan_with_termination(longer, atlas, given, progress);
-  }
-  if (!view.medium.others.empty()) return plan_of(trials, best, best.accepted);
-  const double exact_samples = best.samples;
-  if (view.medium.gradient) try_segments(trials, best);
-  try_lattices(trials, best);
-  if (view.medium.transfer && atlas.paired) try_lit_segments(trials, exact_samples, best);
-  return plan_of(trials, best, best.accepted);
+View with_termination(View view) {
+  view.scene.early_termination = early_termination(view);
+  return view;
 }
 
 }  // namespace
@@ -146,9 +124,8 @@ MarchPlan exact_plan(const View& view) {
   MarchPlan plan;
   plan.chosen.method = exact_method(view);
   plan.chosen.rms = arithmetic_error;
-  View exact = with_method(view, plan.chosen.method);
-  exact.scene.early_termination = view.scene.resolved_early_termination();
-  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}, {}});
+  const View exact = with_method(with_termination(view), plan.chosen.method);
+  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{exact, {}, {}, {}});
   return plan;
 }
 
@@ -156,13 +133,20 @@ View budget_unit(const View& view) { return with_method(view, budget_method(view
 
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);
-  return plan_with_termination(view, atlas, bool(view.scene.early_termination), progress);
+  Trials trials(with_termination(view), atlas, *view.scene.tolerance, progress);
+  Trial best = trials.run_exact();
+  if (!view.medium.others.empty()) return plan_of(trials, best, best.accepted);
+  const double exact_samples = best.samples;
+  if (view.medium.gradient) try_segments(trials, best);
+  try_lattices(trials, best);
+  if (view.medium.transfer && atlas.paired) try_lit_segments(trials, exact_samples, best);
+  return plan_of(trials, best, best.accepted);
 }
 
 MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
                       const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);
-  Trials trials(view, atlas, 0, progress);
+  Trials trials(with_termination(view), atlas, 0, progress);
   const double most = budget * trials.run(budget_method(view), worst_brick).cost;
   std::optional<Trial> best;
   const auto consider_time = [&](const Trial& trial) {

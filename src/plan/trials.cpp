@@ -28,7 +28,7 @@ constexpr double suspect_error = 1;
 /// The view by the exact method.
 View exactly(const View& view, double termination) {
   View exact = with_method(view, exact_method(view));
-  exact.scene.early_termination = termination * view.scene.resolved_early_termination();
+  *exact.scene.early_termination *= termination;
   return exact;
 }
 
@@ -120,7 +120,6 @@ Trials::Trials(const View& view, const MediumAtlas& atlas, double tolerance,
       tolerance_(tolerance),
       pilot_(exactly(view, truth_termination), exactly(view, 1), atlas, progress),
       last_errors_(pilot_.even_order().size()) {
-  view_.scene.early_termination = view.scene.resolved_early_termination();
 }
 
 double Trials::target() const { return pilot_safety * tolerance_; }

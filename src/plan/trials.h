@@ -113,7 +113,7 @@ inline constexpr double worst_brick = 64, narrow_brick = 16;
 /// Methods tried on the pilot of one view, for one tolerance; 0 if there is none.
 class Trials {
  public:
-  /// `progress`: see plan_march.
+  /// The view has the transmittance at which rays end. `progress`: see plan_march.
   Trials(const View& view, const MediumAtlas& atlas, double tolerance, const Progress& progress);
 
   const View& view() const { return view_; }

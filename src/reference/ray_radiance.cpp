@@ -82,7 +82,7 @@ RayMedium::RayMedium(const Medium& m)
   const double g = std::abs(medium.phase_g);
   L_max *= (1 + g) / ((1 - g) * (1 - g));  // the greatest value of the phase function
   behind_max = L_max + max_component(medium.ambient);
-  for (const auto& [field, scale] : medium.emission) {
+  for (const auto& [field, scale, _] : medium.emission) {
     emission.emplace_back(*field);
     behind_max += std::abs(scale) * max_magnitude(*field) * longest_way(*field);
   }
@@ -193,7 +193,7 @@ void RayIntegrator::read_stretch(const Stretches& at, double a, double b, const 
     if (medium.source == LuminanceSource::constant) L = constant_cubic(at.color[c]);
   }
   for (std::size_t i = 0; const GridWalk& walk : at.emission) {
-    const auto& [field, scale] = medium.emission[i++];
+    const auto& [field, scale, _] = medium.emission[i++];
     if (!emits(walk)) continue;
     for (int c = 0; c < channels_; ++c)
       add_cubic(piece.glow[std::size_t(c)],
