@@ -170,9 +170,7 @@ TEST(PlanMarch, ASparkThatNoPilotRayMeetsIsNotLost) {
 View lamp_behind_a_wall() {
   const Box box{glm::ivec3(0), glm::ivec3(79)};
   const auto wall = [](const glm::ivec3& at) { return at.z >= 40 && at.z < 60 ? 1.0f : 0.0f; };
-  const auto lamp = [](const glm::ivec3& at) {
-    return at == glm::ivec3(41, 43, 10) ? 1e5f : 0.0f;
-  };
+  const auto lamp = [](const glm::ivec3& at) { return at == glm::ivec3(41, 43, 10) ? 1e5f : 0.0f; };
   Scene scene = small_scene(48);
   scene.emission_grid = "lamp";
   Field lamps = make_field(box, lamp), walls = make_field(box, wall);

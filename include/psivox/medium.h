@@ -51,7 +51,7 @@ struct ScatteredLight {
 /// A grid that radiates by itself, whatever attenuates there.
 struct Emission {
   std::shared_ptr<const Field> field;
-  double scale = 1;     ///< emission = scale * value [radiance/world unit]
+  double scale = 1;      ///< emission = scale * value [radiance/world unit]
   double brightest = 0;  ///< bound of the radiance along any line; set by make_view
 };
 

@@ -119,8 +119,7 @@ Trials::Trials(const View& view, const MediumAtlas& atlas, double tolerance,
       atlas_(atlas),
       tolerance_(tolerance),
       pilot_(exactly(view, truth_termination), exactly(view, 1), atlas, progress),
-      last_errors_(pilot_.even_order().size()) {
-}
+      last_errors_(pilot_.even_order().size()) {}
 
 double Trials::target() const { return pilot_safety * tolerance_; }
 
