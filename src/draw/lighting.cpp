@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <numeric>
 
 #include "field/index_space.h"
@@ -16,17 +17,23 @@ namespace {
 /// of a known error (a wider one may leave a few pixels far off), and the least.
 constexpr double coarsest = widest_spacing, coarse = 2, finest = 0.25;
 
-/// Part of the error that is left at half the spacing, above a voxel and below: on smoke and clouds
-/// it was 0.23 and 0.13 (docs/notes/light.md). What is computed by it is compared again.
-constexpr double halving_above = 0.25, halving_below = 0.16;
+/// Each lattice has twice the columns of the one before.
+constexpr double next_spacing = std::numbers::sqrt2 / 2;
+
+/// Part of the error that is left there, above a voxel and below: at half the spacing it was 0.23
+/// and 0.13 on smoke and clouds (docs/notes/light.md). What is computed by it is compared again.
+constexpr double left_above = 0.5, left_below = 0.4;
 
 /// Directions of a sky for any light, and for a trial of methods.
 constexpr int coarse_sky_count = 8, tried_sky_count = 16;
 
 /// Fraction of what the light may miss that its estimate may reach, since the pilot is a sample.
+/// Lattices wider than a voxel have larger errors in few pixels: it is divided by the spacing's
+/// square.
 constexpr double light_safety = 0.8;
-/// That fraction for lattices wider than a voxel, whose errors are larger in few pixels.
-constexpr double coarse_safety = 0.2;
+/// Part of that up to which an expected error lets a lattice be computed: one in vain costs more
+/// than columns that are closer than they must be.
+constexpr double sure = 0.75;
 
 /// Rays that are exact end at this part of what the light may miss.
 constexpr double termination_share = 0.5;
@@ -94,7 +101,7 @@ class LightTrials {
   /// What `lit` misses, as estimated.
   LightError miss(const Medium& lit) const { return pilot_.error(lit); }
   bool enough(double miss, double spacing) const {
-    return miss <= (spacing > 1 ? coarse_safety : light_safety) * rms_;
+    return miss <= light_safety / std::max(1.0, spacing * spacing) * rms_;
   }
 
   /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
@@ -102,11 +109,9 @@ class LightTrials {
   LightMethod first(const LightDepths& depths) {
     if (!view_.medium.others.empty()) return from(coarse, 0);
     const LightError off = miss({.spacing = coarsest}, depths);
-    LightMethod method = from(coarse, off.rms * halving_above);
+    LightMethod method = from(coarse, off.rms * left_at(coarse / coarsest));
     if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
-    first_miss_ = method.spacing == 0
-                      ? LightError{}
-                      : off * std::pow(halving_above, std::log2(coarsest / method.spacing));
+    first_miss_ = method.spacing == 0 ? LightError{} : off * left_at(method.spacing / coarsest);
     return method;
   }
   /// The method that misses little enough. Where first() is not expected to, it is tried.
@@ -125,10 +130,16 @@ class LightTrials {
 
   /// The next method after one that missed too much.
   LightMethod after(const LightMethod& method, double miss) {
-    return from(method.spacing / 2, miss * halving_below);
+    const double left = method.spacing > 1 ? left_above : left_below;
+    return from(next_spacing * method.spacing, left * miss);
   }
 
  private:
+  /// Part of the error that is left at this part of a spacing, above a voxel.
+  static double left_at(double part) {
+    return std::pow(left_above, std::log(part) / std::log(next_spacing));
+  }
+
   LightError miss(const LightMethod& method, const LightDepths& depths) const {
     std::vector<Beam> beams = beams_;
     set_method(beams, method);
@@ -142,10 +153,13 @@ class LightTrials {
         .termination = transmittance_of(termination_share * rms_, view_.scene.scatter_octaves)};
     if (!exact_look_ups_) exact_look_ups_ = exact_look_ups(rays.termination);
     const bool columns = view_.medium.others.empty();  // they cross one volume
-    for (; columns && spacing >= finest; spacing /= 2) {
+    // a spacing is rounded: 1 after 2, and not what is beside it
+    for (; columns && spacing > 0.99 * finest; spacing *= next_spacing) {
+      if (std::abs(spacing - std::exp2(std::round(std::log2(spacing)))) < 1e-9 * spacing)
+        spacing = std::exp2(std::round(std::log2(spacing)));
       if (lattice_look_ups(spacing) > *exact_look_ups_) break;
-      if (enough(miss, spacing)) return {.spacing = spacing};
-      miss *= spacing > 1 ? halving_above : halving_below;
+      if (enough(miss / sure, spacing)) return {.spacing = spacing};
+      miss *= spacing > 1 ? left_above : left_below;
     }
     return rays;
   }
@@ -304,7 +318,7 @@ void Lighting::settle_lights(const View& view, const LightSource& source, const 
     if (method.spacing == 0 ||
         (trials.enough(typical_miss.rms, method.spacing) && error_.rms <= rms))
       return;
-    method = trials.after(method, typical_miss.rms);
+    method = trials.after(method, std::max(typical_miss.rms, light_safety * error_.rms));
   }
 }
 

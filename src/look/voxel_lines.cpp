@@ -1,5 +1,8 @@
 #include "look/voxel_lines.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -18,12 +21,16 @@ namespace psivox {
 
 VoxelLines::VoxelLines(const Medium& medium)
     : function_(without_colors(medium)),
-      index_(*medium.density),
+      index_(std::make_shared<const FieldIndex>(*medium.density)),
       domain_(medium.density->domain()),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
-      empty_is_clear_(attenuation(0) == 0),
-      block_(index_.block(domain_.min & ~7)),
-      origin_(domain_.min & ~7) {}
+      empty_is_clear_(attenuation(0) == 0) {
+  const glm::ivec3 first = domain_.min & ~15;
+  for (int i = 0; i < 8; ++i) {
+    const glm::ivec3 origin = first + 8 * cube_corner(i);
+    known_[std::size_t(i)] = {origin, index_->block(origin)};
+  }
+}
 
 VoxelLines::Line VoxelLines::line(const glm::dvec3& from, const glm::dvec3& direction) const {
   const glm::dvec3 way = to_index_ * direction;
@@ -44,10 +51,16 @@ double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along, doub
   return sum;
 }
 
+const FieldIndex::Block& VoxelLines::block(const glm::ivec3& origin) {
+  const glm::ivec3 odd = (origin >> 3) & 1;
+  Known& known = known_[std::size_t(4 * odd.x + 2 * odd.y + odd.z)];
+  if (known.origin != origin) known = {origin, index_->block(origin)};
+  return known.block;
+}
+
 double VoxelLines::at(const glm::ivec3& voxel) {
   const glm::ivec3 origin = voxel & ~7;
-  if (origin != origin_) block_ = index_.block(origin_ = origin);
-  return double(*block_.values.at(voxel - origin));
+  return double(*block(origin).values.at(voxel - origin));
 }
 
 double VoxelLines::at(const glm::dvec3& point) {
@@ -55,9 +68,9 @@ double VoxelLines::at(const glm::dvec3& point) {
   const glm::dvec3 u = point - glm::dvec3(cell);
   std::array<double, 8> corners;  // z fastest
   if (std::max({local.x, local.y, local.z}) < 7) {
-    at(cell);
-    const float* first = block_.values.at(local);
-    const Strides& s = block_.values.strides;
+    const LeafValues& values = block(cell & ~7).values;
+    const float* first = values.at(local);
+    const Strides& s = values.strides;
     for (std::size_t i = 0; i < 8; ++i)
       corners[i] = double(first[(i >> 2) * s.x + (i >> 1 & 1) * s.y + (i & 1) * s.z]);
   } else {
@@ -313,13 +326,17 @@ double glow_level(const Image& image, double part) {
 
 std::optional<Draft> ray_draft(const View& view) {
   if (!suits_rays(view)) return {};
-  RayDraft rays(view);
+  const RayDraft rays(view);
+  std::vector<glm::dvec4> seen(std::size_t(ray_count.x) * ray_count.y);
+  tbb::parallel_for(tbb::blocked_range<int>(0, ray_count.y, 4), [&](const auto& rows) {
+    RayDraft own = rays;
+    for (int y = rows.begin(); y != rows.end(); ++y)
+      for (int x = 0; x < ray_count.x; ++x)
+        seen[std::size_t(y * ray_count.x + x)] =
+            own.draw(camera_ray(view.camera, ray_count, x + 0.5, y + 0.5));
+  });
   Draft draft;
-  for (int y = 0; y < ray_count.y; ++y)
-    for (int x = 0; x < ray_count.x; ++x) {
-      const glm::dvec4 seen = rays.draw(camera_ray(view.camera, ray_count, x + 0.5, y + 0.5));
-      draft.see(glm::dvec3(seen), seen.w);
-    }
+  for (const glm::dvec4& ray : seen) draft.see(glm::dvec3(ray), ray.w);
   draft.sort();
   return draft;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -28,7 +29,7 @@ inline glm::ivec3 nearest_voxel(const glm::dvec3& point) {
 }
 
 /// The density of a medium along straight lines, at points that are a voxel apart. It keeps the
-/// block that it read last: not for several threads.
+/// blocks that it read last: each thread needs a copy, which shares the rest.
 class VoxelLines {
  public:
   explicit VoxelLines(const Medium& medium);
@@ -65,7 +66,7 @@ class VoxelLines {
       if (!domain_.contains(voxel)) return;
       const double value = at(voxel);
       const std::size_t empty =
-          value == 0 && empty_is_clear_ ? index_.empty_steps(point, line.way) : 0;
+          value == 0 && empty_is_clear_ ? index_->empty_steps(point, line.way) : 0;
       if (empty == 0 && !see(value)) return;
       k += double(std::max<std::size_t>(empty, 1));
     }
@@ -81,7 +82,7 @@ class VoxelLines {
       if (!domain_.contains(nearest_voxel(point))) return;
       const double value = at(point);
       const std::size_t empty =
-          value == 0 && empty_is_clear_ ? index_.empty_cells(point, line.way) : 0;
+          value == 0 && empty_is_clear_ ? index_->empty_cells(point, line.way) : 0;
       if (empty == 0 && !see(n, value)) return;
       n += double(std::max<std::size_t>(empty, 1));
     }
@@ -90,12 +91,17 @@ class VoxelLines {
  private:
   /// Without colours, among whose many knots a search would take longer.
   std::shared_ptr<const TransferFunction> function_;
-  FieldIndex index_;
+  std::shared_ptr<const FieldIndex> index_;
   Box domain_;
   glm::dmat3 to_index_;
   bool empty_is_clear_;
-  FieldIndex::Block block_;  ///< at origin_
-  glm::ivec3 origin_;
+  /// Blocks around a corner: each has a place of its own, by the parity of its number on each axis.
+  struct Known {
+    glm::ivec3 origin;
+    FieldIndex::Block block;
+  };
+  std::array<Known, 8> known_;
+  const FieldIndex::Block& block(const glm::ivec3& origin);
 };
 
 /// Extinction [1/world unit] at which a third of the first light's intensity reaches the medium of

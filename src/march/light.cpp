@@ -12,6 +12,7 @@
 
 #include "base/text.h"
 #include "field/leaf_values.h"
+#include "field/value_range.h"
 #include "march/medium_atlas.h"
 #include "medium/luminance_sources.h"
 #include "psivox/parameters.h"
@@ -218,6 +219,20 @@ glm::dvec3 LitLuminance::share(std::size_t beam, const glm::ivec3& voxel, double
   return medium_.light->tinted ? L * glow_.at(voxel) : L;
 }
 
+double LitLuminance::brightest() const {
+  double arriving = 0, scale = 1;
+  for (int octave = 0; octave < octaves_; ++octave, scale *= octave_ratio)
+    arriving += scale * henyey_greenstein(std::abs(g_ * scale), 1);
+  glm::dvec3 light(0);
+  for (const Beam& beam : beams_) light += beam.radiance * arriving;
+  const auto& albedo = medium_.light->albedo;
+  if (albedo.size() == 1) light *= greatest_value(*albedo.front());  // of three: 1
+  if (medium_.light->tinted) light *= greatest_glow(medium_);
+  if (own_color_ != glm::dvec3(0)) light += own_color_ * greatest_glow(medium_);
+  light += ambient_;
+  return std::max({light.x, light.y, light.z});
+}
+
 glm::dvec3 LitLuminance::own(const glm::ivec3& voxel) const {
   return own_color_ == glm::dvec3(0) ? glm::dvec3(0) : own_color_ * glow_.at(voxel);
 }
@@ -285,7 +300,7 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
   }
   medium.light.reset();
   medium.lit = true;
-  medium.brightest = brightest_luminance(medium);
+  medium.brightest = brightest();
   return medium;
 }
 

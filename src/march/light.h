@@ -108,6 +108,8 @@ class LitLuminance {
   glm::dvec3 own(const glm::ivec3& voxel) const;
   /// What a beam adds to L behind an optical depth.
   glm::dvec3 share(std::size_t beam, const glm::ivec3& voxel, double depth) const;
+  /// Bound of L in any channel.
+  double brightest() const;
   /// Channels of the lit medium's luminance.
   int channels() const { return common_ ? 1 : 3; }
   /// Whether it is made of the density's values, beside their optical depths.

@@ -19,8 +19,8 @@ constexpr std::size_t points_per_ray = 16;
 
 /// Rays of the picture that are looked at, about. Where the errors of n voxels average along a ray,
 /// the points' noise makes the mean square uncertain by sqrt(2) n / 16 / sqrt(400): a quarter of it
-/// for 50 voxels. Of small pictures one ray in 16 will do.
-constexpr double most_light_rays = 400, some_light_rays = 256, fewest_light_rays = 64;
+/// for 50 voxels. Of small pictures one ray in 28 will do.
+constexpr double most_light_rays = 400, some_light_rays = 144, fewest_light_rays = 64;
 
 /// What lies behind this transmittance is not looked at.
 constexpr double least_transmittance = 1e-6, most_depth = 14;
@@ -117,7 +117,7 @@ LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& lumin
   // the errors of many beams average
   const double beams = double(luminance.beams().size());
   const double pixels = double(view.scene.resolution.x) * view.scene.resolution.y;
-  place_points(std::max(std::clamp(pixels / 16, some_light_rays, most_light_rays) / beams,
+  place_points(std::max(std::clamp(pixels / 28, some_light_rays, most_light_rays) / beams,
                         fewest_light_rays));
   truth_ = exact_light(luminance);
 }

@@ -1,7 +1,6 @@
 #include "medium/luminance_sources.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
@@ -84,17 +83,12 @@ Field black_bodies(const Scene& scene, const Field& temperature) {
   return luminance;
 }
 
-double brightest_luminance(const Medium& medium) {
-  double value = 1;
-  if (medium.source == LuminanceSource::density) value = stored_range(*medium.density).y;
-  if (medium.luminance) value = greatest_value(*medium.luminance);
-  glm::dvec3 most = medium.color * value * henyey_greenstein(std::abs(medium.phase_g), 1);
-  if (medium.source == LuminanceSource::transfer) {
-    const glm::dvec2 range = stored_range(*medium.density);
-    most *= medium.transfer->max_color(range.x, range.y);
-  }
-  most += medium.ambient;
-  return std::max({most.x, most.y, most.z});
+glm::dvec3 greatest_glow(const Medium& medium) {
+  if (medium.source == LuminanceSource::constant) return glm::dvec3(1);
+  if (medium.luminance) return glm::dvec3(greatest_value(*medium.luminance));
+  const glm::dvec2 range = stored_range(*medium.density);
+  if (medium.source == LuminanceSource::density) return glm::dvec3(range.y);
+  return medium.transfer->max_color(range.x, range.y);
 }
 
 void set_luminance(const Scene& scene, const MediumFields& fields,

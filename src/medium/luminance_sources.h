@@ -15,7 +15,7 @@ Field black_bodies(const Scene& scene, const Field& temperature);
 void set_luminance(const Scene& scene, const MediumFields& fields,
                    const std::shared_ptr<const TransferFunction>& function, Medium& medium);
 
-/// Bound of the luminance that the medium has, in any channel.
-double brightest_luminance(const Medium& medium);
+/// Bound of the luminance that the medium has before its light, without its `color`.
+glm::dvec3 greatest_glow(const Medium& medium);
 
 }  // namespace psivox

@@ -145,7 +145,10 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
         {radiated, scale,
          scale * greatest_value(*radiated) * diagonal_of(*radiated, domain.max - domain.min)});
   }
-  if (scene.composites()) medium.brightest = brightest_luminance(medium);
+  if (scene.composites()) {
+    const glm::dvec3 glow = medium.color * greatest_glow(medium);
+    medium.brightest = std::max({glow.x, glow.y, glow.z});
+  }
   return medium;
 }
 
