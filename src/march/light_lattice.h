@@ -29,8 +29,9 @@ struct LatticeFrame {
   int axis = 2, axis_u = 0, axis_v = 1;
   int side = 1;   ///< 1: the light comes from large coordinates along `axis`, -1: from small ones
   int first = 0;  ///< coordinate of slice 0, such that blocks of 8 voxels are 8 k to 8 k + 7
-  double spacing = 1;  ///< of columns along axis_u and axis_v [voxels]: 1/n or n, so that columns
-                       ///< of a light along an axis pass through voxels
+  /// Of columns along axis_u and axis_v [voxels]. Where it is 1/n or n, columns of a light along an
+  /// axis pass through voxels.
+  double spacing = 1;
   glm::dvec2 origin{0};
   glm::dvec2 shear{0};        ///< what a ray towards the light advances in a slice [voxels]
   double length = 1;          ///< of a column from slice to slice [world units]
