@@ -132,6 +132,18 @@ TEST_F(LitTolerance, ErrorLayerIncludesTheLight) {
   EXPECT_NEAR(drawn.difference->rms, rms, 0.1 * rms);
 }
 
+TEST_F(LitTolerance, ASolidOfTilesIsLitByColumns) {
+  // a ray from each of its voxels crosses as many cells as in leaves
+  DenseField solid("density", glm::ivec3(64), 1, glm::dmat4(1));
+  for (int x = 0; x < 64; x += 8) solid.add(std::vector<float>(8 * 64 * 64, 1.0f));
+  Field density = solid.finish();
+  ASSERT_TRUE(density.leaves.empty());
+  Scene scene = lit_by({{{-0.3, -1, 0.2}, white}}, 0.05);
+  scene.tolerance = 1e-3;
+  const Drawn drawn = Session(view_of(scene, std::move(density))).draw(*Gpu::renderer());
+  EXPECT_TRUE(drawn.light->method.starts_with("columns")) << drawn.light->method;
+}
+
 TEST_F(LitTolerance, LightIsKeptBetweenCameras) {
   Session session(lit_view({"", lit_by({{{-0.3, -1, 0.2}, white}}), mixed()}, 1e-3));
   Drawn first = session.draw(*Gpu::renderer());

@@ -98,6 +98,26 @@ class Looks {
   const LightShare& share_;
 };
 
+/// The first voxels of about `count` of the blocks of 8^3 in a field's leaves and tiles.
+std::vector<glm::ivec3> some_blocks(const Field& field, std::size_t count) {
+  const auto across = [](const Tile& tile) { return std::uint64_t(tile.width / 8); };
+  std::uint64_t all = field.leaves.size();
+  for (const Tile& tile : field.tiles) all += across(tile) * across(tile) * across(tile);
+  const std::uint64_t stride = std::max<std::uint64_t>(all / count, 1);
+  std::vector<glm::ivec3> blocks;
+  std::uint64_t next = 0, first = field.leaves.size();
+  for (; next < field.leaves.size(); next += stride) blocks.push_back(field.leaves[next].origin);
+  for (const Tile& tile : field.tiles) {
+    const std::uint64_t n = across(tile), end = first + n * n * n;
+    for (; next < end; next += stride) {
+      const std::uint64_t i = next - first;
+      blocks.push_back(tile.origin + 8 * glm::ivec3(glm::u64vec3(i / (n * n), i / n % n, i % n)));
+    }
+    first = end;
+  }
+  return blocks;
+}
+
 /// Columns and rows of about `count` rays of the picture.
 glm::ivec2 rays_of(const glm::ivec2& picture, double count) {
   const glm::dvec2 size(picture);
@@ -194,15 +214,13 @@ double LightPilot::mean_cells(double termination) const {
   const Medium& medium = view_.medium;
   const glm::dmat3 to_index(glm::inverse(medium.density->world_from_index));
   // a sample of the medium's voxels, not of those that are seen
-  const std::vector<Leaf>& leaves = (share_.whole ? share_.whole : medium.density)->leaves;
-  const std::size_t stride = std::max<std::size_t>(leaves.size() / 256, 1);
   const Box domain = medium.density->domain();
   std::vector<Line> lines;
-  for (std::size_t i = 0; i < leaves.size(); i += stride) {
+  for (const glm::ivec3& block : some_blocks(share_.whole ? *share_.whole : *medium.density, 256)) {
     const Beam& beam = luminance_.beams()[lines.size() % luminance_.beams().size()];
     const glm::dvec3 way = to_index * -beam.direction;
     const double step = 1 / glm::length(way);
-    const glm::dvec3 from(leaves[i].origin + 4);
+    const glm::dvec3 from(block + 4);
     const double points = interval_in(domain.min, domain.max, from, way).y / step;
     lines.push_back({from, step * way, step, std::size_t(std::ceil(std::max(points, 0.0)))});
   }
