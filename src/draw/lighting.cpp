@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <numeric>
 
 #include "field/index_space.h"
@@ -17,10 +16,12 @@ namespace {
 /// of a known error (a wider one may leave a few pixels far off), and the least.
 constexpr double coarsest = widest_spacing, coarse = 2, finest = 0.25;
 
-/// Each lattice has twice the columns of the one before.
-constexpr double next_spacing = std::numbers::sqrt2 / 2;
+/// The spacing of the lattice with twice the columns; 1 after the square root of 2, exactly.
+double next_spacing(double spacing) {
+  return std::exp2((std::round(2 * std::log2(spacing)) - 1) / 2);
+}
 
-/// Part of the error that is left there, above a voxel and below: at half the spacing it was 0.23
+/// Part of the error that is left by that, above a voxel and below: at half the spacing it was 0.23
 /// and 0.13 on smoke and clouds (docs/notes/light.md). What is computed by it is compared again.
 constexpr double left_above = 0.5, left_below = 0.4;
 
@@ -131,14 +132,12 @@ class LightTrials {
   /// The next method after one that missed too much.
   LightMethod after(const LightMethod& method, double miss) {
     const double left = method.spacing > 1 ? left_above : left_below;
-    return from(next_spacing * method.spacing, left * miss);
+    return from(next_spacing(method.spacing), left * miss);
   }
 
  private:
   /// Part of the error that is left at this part of a spacing, above a voxel.
-  static double left_at(double part) {
-    return std::pow(left_above, std::log(part) / std::log(next_spacing));
-  }
+  static double left_at(double part) { return std::pow(left_above, -2 * std::log2(part)); }
 
   LightError miss(const LightMethod& method, const LightDepths& depths) const {
     std::vector<Beam> beams = beams_;
@@ -153,10 +152,7 @@ class LightTrials {
         .termination = transmittance_of(termination_share * rms_, view_.scene.scatter_octaves)};
     if (!exact_look_ups_) exact_look_ups_ = exact_look_ups(rays.termination);
     const bool columns = view_.medium.others.empty();  // they cross one volume
-    // a spacing is rounded: 1 after 2, and not what is beside it
-    for (; columns && spacing > 0.99 * finest; spacing *= next_spacing) {
-      if (std::abs(spacing - std::exp2(std::round(std::log2(spacing)))) < 1e-9 * spacing)
-        spacing = std::exp2(std::round(std::log2(spacing)));
+    for (; columns && spacing >= finest; spacing = next_spacing(spacing)) {
       if (lattice_look_ups(spacing) > *exact_look_ups_) break;
       if (enough(miss / sure, spacing)) return {.spacing = spacing};
       miss *= spacing > 1 ? left_above : left_below;

@@ -226,7 +226,7 @@ double LitLuminance::brightest() const {
   glm::dvec3 light(0);
   for (const Beam& beam : beams_) light += beam.radiance * arriving;
   const auto& albedo = medium_.light->albedo;
-  if (albedo.size() == 1) light *= greatest_value(*albedo.front());  // of three: 1
+  if (albedo.size() == 1) light *= greatest_value(*albedo.front());  // three give at most 1
   if (medium_.light->tinted) light *= greatest_glow(medium_);
   if (own_color_ != glm::dvec3(0)) light += own_color_ * greatest_glow(medium_);
   light += ambient_;
