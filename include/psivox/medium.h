@@ -191,8 +191,8 @@ View make_view(const Scene& scene, const VdbFile& file);
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance);
 
-/// Transmittance at which rays end: the scene's own. Else what a ray leaves out is at most half of
-/// the tolerance E in any channel, and at most E/4 of the opacity; without a tolerance E is 1/4096.
+/// Transmittance at which rays end: the scene's own. If it has none, a ray leaves out at most half
+/// of the tolerance in any channel and a quarter of it in opacity.
 double early_termination(const View& view);
 
 /// Extinction for which the mean ray through the grid's middle has optical depth 3. The mean is

@@ -21,8 +21,9 @@ double next_spacing(double spacing) {
   return std::exp2((std::round(2 * std::log2(spacing)) - 1) / 2);
 }
 
-/// Part of the error that is left by that, above a voxel and below: at half the spacing it was 0.23
-/// and 0.13 on smoke and clouds (docs/notes/light.md). What is computed by it is compared again.
+/// Part of the error that the next lattice leaves, above a voxel and below: half the spacing left
+/// 0.23 and 0.13 on smoke and clouds (docs/notes/light.md). What is computed by it is compared
+/// again.
 constexpr double left_above = 0.5, left_below = 0.4;
 
 /// Directions of a sky for any light, and for a trial of methods.
@@ -32,7 +33,7 @@ constexpr int coarse_sky_count = 8, tried_sky_count = 16;
 /// Lattices wider than a voxel have larger errors in few pixels: it is divided by the spacing's
 /// square.
 constexpr double light_safety = 0.8;
-/// Part of that up to which an expected error lets a lattice be computed: one in vain costs more
+/// A lattice is computed if its expected error is at most this part of that: one in vain costs more
 /// than columns that are closer than they must be.
 constexpr double sure = 0.75;
 

@@ -19,7 +19,7 @@ constexpr std::size_t points_per_ray = 16;
 
 /// Rays of the picture that are looked at, about. Where the errors of n voxels average along a ray,
 /// the points' noise makes the mean square uncertain by sqrt(2) n / 16 / sqrt(400): a quarter of it
-/// for 50 voxels. Of small pictures one ray in 28 will do.
+/// for 50 voxels. Of small pictures one ray in 28 will do, 144 at least.
 constexpr double most_light_rays = 400, some_light_rays = 144, fewest_light_rays = 64;
 
 /// What lies behind this transmittance is not looked at.

@@ -245,8 +245,7 @@ double brightest_ray(const Medium& medium) {
 
 double early_termination(const View& view) {
   if (view.scene.early_termination) return *view.scene.early_termination;
-  const double E = std::min(view.scene.tolerance.value_or(1.0 / 4096), 1.0);
-  return E / std::max(4.0, 2 * brightest_ray(view.medium));
+  return view.scene.resolved_early_termination() / std::max(1.0, brightest_ray(view.medium) / 2);
 }
 
 View make_view(const Scene& unnamed, const MediumFields& all_fields) {

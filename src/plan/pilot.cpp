@@ -11,7 +11,8 @@ namespace {
 
 /// The pilot marches one of this many of the picture's rays, within bounds. That is a small part of
 /// the picture's work. Its RMS spreads by a few per cent, and its largest error is about the error
-/// that one pixel in a thousand exceeds. Of small pictures it marches at most one ray in seven.
+/// that one pixel in a thousand exceeds. Of small pictures it marches one ray in
+/// seven, if that is fewer, but at least 400.
 constexpr double rays_share = 512;
 constexpr double fewest_rays = 800, most_rays = 1600;
 constexpr double small_share = 7, fewest_of_small = 400;

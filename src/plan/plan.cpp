@@ -105,6 +105,7 @@ std::vector<glm::ivec2> stratified_pixels(const glm::ivec2& size, int count) {
   return pixels;
 }
 
+/// The view with the transmittance at which its rays end.
 View with_termination(View view) {
   view.scene.early_termination = early_termination(view);
   return view;
@@ -124,8 +125,8 @@ MarchPlan exact_plan(const View& view) {
   MarchPlan plan;
   plan.chosen.method = exact_method(view);
   plan.chosen.rms = arithmetic_error;
-  const View exact = with_method(with_termination(view), plan.chosen.method);
-  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{exact, {}, {}, {}});
+  View exact = with_method(with_termination(view), plan.chosen.method);
+  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}, {}});
   return plan;
 }
 
