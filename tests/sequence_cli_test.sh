@@ -88,6 +88,9 @@ has out "a.0001.png a.0002.png a.0003.png a.0005.png a.0006.png" "--keep-going"
 rm -f out/*
 run 3 "1 of 6 frames could not be read: 4" $pattern -o out/a.####.png "${small[@]}" --keep-going
 has out "a.0001.png a.0002.png a.0003.png a.0005.png a.0006.png" "--keep-going with a broken middle"
+# whoever draws other frames does without it
+run 0 "2 frames" $pattern -o out/b.####.png "${small[@]}" --frames 1-2
+run 3 "plume.0004.vdb" $pattern -o out/b.####.png "${small[@]}" --frames 1-2 --auto-from 4
 cp kept.vdb in/plume.0004.vdb
 
 # --- a frame without smoke is an empty picture ----------------------------------------------------

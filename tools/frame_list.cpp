@@ -88,6 +88,10 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
     else if (options.missing == "hold")
       list.frames.push_back({frame, held(files, frame), {}});
   }
+  const auto drawn = [&](const std::string& path) {
+    return std::ranges::find(list.frames, path, &Frame::input) != list.frames.end();
+  };
+  list.others_serve = options.auto_from.empty() && !std::ranges::all_of(list.samples, drawn);
   if (missing.empty()) return list;
   const std::string which = std::to_string(missing.size()) +
                             (missing.size() > 1 ? " frames have" : " frame has") +
@@ -130,6 +134,16 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   }
   name_outputs(call, list);
   return list;
+}
+
+SequenceScene chosen_for(const FrameList& list, const Scene& scene, bool background,
+                         bool others_serve) {
+  try {
+    return resolve_sequence(scene, list.samples, "auto", background);
+  } catch (const Error& error) {
+    if (error.code() != ExitCode::input || !others_serve) throw;
+    return resolve_sequence(scene, list.samples, "auto", background, list.files);
+  }
 }
 
 void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy) {

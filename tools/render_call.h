@@ -71,6 +71,8 @@ struct FrameList {
   std::vector<std::string> files;    ///< of the sequence, drawn or not
   std::vector<std::string> samples;  ///< files from which `auto` chooses
   std::vector<std::string> notices;  ///< one line each
+  /// Whether a sample that cannot be read is replaced: nobody named it, nor a frame of it.
+  bool others_serve = false;
 };
 
 /// The frames of files. Throws Error(usage), and Error(input) for frames that are missing.
@@ -80,6 +82,10 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files);
 /// Throws Error(usage), and Error(input) for frames that are missing.
 std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
                                      const CameraPath* path);
+
+/// What `auto` chooses for the frames. `others_serve`: see FrameList.
+SequenceScene chosen_for(const FrameList& list, const Scene& scene, bool background,
+                         bool others_serve);
 
 /// Prints to stderr the look that was chosen for all frames, or what it sets, as options.
 void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy = true);

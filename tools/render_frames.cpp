@@ -31,8 +31,8 @@ class FrameMaker {
  public:
   FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
              const CameraPath* path)
-      : sequence_(resolve_sequence(scene, list.samples, "auto", shows_background(call),
-                                   call.keep_going ? list.files : std::vector<std::string>())),
+      : sequence_(chosen_for(list, scene, shows_background(call),
+                             call.keep_going || list.others_serve)),
         call_(call),
         path_(path),
         first_(list.first) {
