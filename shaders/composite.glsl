@@ -16,10 +16,27 @@ void add_light(INOUT(March) m, real3 C) {
   add_to(m.radiance.z, m.radiance_lost.z, C.z);
 }
 
+// Keeps where the transmittance falls below 1/2, if it does within `depth` more: that far along what
+// starts at m.t, whose attenuation is `tau` times some factor.
+void find_half(INOUT(March) m, Cubic tau, real depth, real length) {
+  if (!find_depth) return;
+  if (m.half_depth < NEVER || !(m.optical_depth + depth > m.half_at)) return;
+  real s = (m.half_at - m.optical_depth) / depth;
+  real target = s * antiderivative(tau, real(1.0));
+  real low = real(0.0);
+  real high = real(1.0);
+  for (int i = 0; i < 12; ++i) {  // Newton's steps, and halves where they leave the interval
+    real off = antiderivative(tau, s) - target;
+    if (off < real(0.0)) low = s;
+    else high = s;
+    s = s - off / polynomial(tau, s);
+    if (!(s >= low && s <= high)) s = real(0.5) * (low + high);
+  }
+  m.half_depth = m.t + length * s;
+}
+
 // Adds optical depth, and ends the ray behind which nothing is seen.
-void deepen(INOUT(March) m, real depth, real length) {
-  if (find_depth && m.half_depth >= NEVER && m.optical_depth + depth > m.half_at)
-    m.half_depth = m.t + length * ((m.half_at - m.optical_depth) / depth);
+void deepen(INOUT(March) m, real depth) {
   add_to(m.optical_depth, m.lost, depth);
   if (ends_early && m.optical_depth > m.stop_at) m.done = true;
 }
@@ -37,7 +54,7 @@ void composite(INOUT(March) m, real3 C, real opacity, real depth, real3 glow, re
     else add_light(m, real3(C.x * m.transmittance, real(0.0), real(0.0)));
   }
   m.transmittance -= m.transmittance * opacity;
-  deepen(m, depth, length);
+  deepen(m, depth);
   m.t += length;
 }
 
@@ -56,7 +73,7 @@ void correct_step(INOUT(March) m, real kappa, real x) {
           - m.front.L_slope * (fade * extinction * m.front.attenuation);
   if (!constant_luminance || vector_radiance) add_light(m, C * m.transmittance);
   m.transmittance -= m.transmittance * opacity;
-  deepen(m, y, real(0.0));
+  deepen(m, y);
 }
 
 // The light that a segment emits and that leaves it at its front, for its luminance's weights.
@@ -108,6 +125,10 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
     m.step_error = step_error;
   }
   m.front = back;
+  Cubic tau = make_cubic(front.attenuation, middle.attenuation, back.attenuation, real(0.0));
+  if (middle_rule) tau = Cubic(middle.attenuation, real(0.0), real(0.0), real(0.0));
+  else if (uniform_sampling)
+    tau = Cubic(front.attenuation, back.attenuation - front.attenuation, real(0.0), real(0.0));
   Point near = front;
   if (from_back) {
     near = back;
@@ -128,6 +149,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   if (!m.own) w = Weights(real(0.0), real(0.0), real(0.0), real(0.0));
   real3 glow = real3(real(0.0));
   if (glows(m)) glow = glow_of_segment(near, middle, back, w, length);
+  find_half(m, tau, w.depth, length);
   composite(m, near.L * w.front + middle.L * w.middle + back.L * w.back, w.front + w.middle + w.back,
             w.depth, glow, length);
   m.t = t_back;
@@ -137,7 +159,8 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
 void composite_depth(INOUT(March) m, Cubic attenuation, real t_back, real length) {
   real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
   if (count_steps && depth > real(0.0)) m.steps += 1;
-  deepen(m, depth, length);
+  find_half(m, attenuation, depth, length);
+  deepen(m, depth);
   m.t = t_back;
 }
 
@@ -224,17 +247,18 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
   real opacity = decay(depth).a;
   // between knots the luminance is linear in the value, so the mean value has the mean luminance
-  real scale = real(1.0) / max(other_volumes > 0 ? sum.own : sum.weight, real(1e-30));
+  real scale = real(1.0) / max(other_volumes > 0 ? sum.own : sum.weight, real(1e-37));
   Point mean = Point(real(0.0), real(0.0), real3(real(1.0)), none, real(0.0), none);
   if (own_luminance) mean.L = sum.L * scale;
   mean = with_value(m, mean, Sample(sum.value * scale, real(0.0)));
   real3 C = mean.L * opacity;
   real3 glow = sum.glow * length;
   if (other_volumes > 0) {
-    real share = opacity / max(sum.weight, real(1e-30));
+    real share = opacity / max(sum.weight, real(1e-37));
     C = mean.L * (share * sum.own);
     glow = glow + sum.others * share;
   }
+  find_half(m, attenuation, depth, length);
   composite(m, C, opacity, depth, glow, length);
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));

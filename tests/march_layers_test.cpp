@@ -42,13 +42,29 @@ TEST_F(MarchLayers, DepthIsWhereHalfTheLightIsLeft) {
           const double cosine = ray.direction.x;
           const double inside = (std::numbers::ln2 * cosine - 0.125) / 0.25;  // along x, from x = 0
           const double expected = (inside - ray.origin.x) / cosine;
-          // Inside a segment the crossing is found by the segment's mean attenuation, which is
-          // constant here except in the ramp; a step of the lattice may contain parts of both.
+          // A step of the lattice may contain parts of the ramp and of the plate.
           const double tolerance = step ? 0.05 : 1e-4;
           EXPECT_NEAR(layer(gpu.image, "depth").values[i], expected, tolerance) << x << ' ' << y;
           EXPECT_NEAR(layer(gpu.image, "depth").values[i], layer(wide.image, "depth").values[i],
                       1e-4);
         }
+    }
+}
+
+TEST_F(MarchLayers, DepthIsInsideARampsCell) {
+  // attenuation rises from 0 at x = 3 to 1 at x = 4: K (x - 3)^2 / 2 = ln 2
+  const Field slab = make_field({{4, -8, -8}, {9, 8, 8}}, [](glm::ivec3) { return 1.0f; });
+  for (const double K : {2.0, 5.0, 20.0, 200.0})
+    for (const Integrator rule : {Integrator::cell_exact, Integrator::psi_weighted}) {
+      Scene scene = with(looking(small_scene(4), {-10, 0.3, 0.4}, {0, 0.3, 0.4}, 2.0), rule, {});
+      scene.extinction = K;
+      const View view = view_of(scene, slab);
+      const MediumAtlas atlases = build_medium_atlas(view);
+      const double expected = 13 + std::sqrt(2 * std::numbers::ln2 / K);
+      for (const RenderResult& drawn : {render_gl(view, atlases, {.render = all_layers}),
+                                        render_double(view, atlases, all_layers)})
+        EXPECT_NEAR(layer(drawn.image, "depth").values[5], expected, 1e-5)  // float32 at 13: 1e-6
+            << info(rule).name << ' ' << K;
     }
 }
 

@@ -66,7 +66,8 @@ void make_thumbnail(RenderCall& call, Scene& scene) {
   end_after(most_seconds, "--thumbnail: no picture after 20 s");
   call.quiet = true;
   call.thumbnail_name = call.output;
-  if (!has_picture_extension(call.output)) call.output += ".png";
+  // a name that nobody else has
+  if (!has_picture_extension(call.output)) call.output += "." + std::to_string(::getpid()) + ".png";
   scene.resolution = glm::ivec2(*call.thumbnail);
   if (scene.memory_limit == 0) scene.memory_limit = most_memory;
   if (!scene.tolerance) scene.tolerance = thumbnail_tolerance;
@@ -77,9 +78,11 @@ void name_thumbnail(const RenderCall& call) {
   if (call.output == call.thumbnail_name) return;
   std::error_code failed;
   std::filesystem::rename(call.output, call.thumbnail_name, failed);
-  if (failed)
-    throw Error(ExitCode::output,
-                "cannot write " + in_quotes(call.thumbnail_name) + ": " + failed.message());
+  if (!failed) return;
+  std::error_code unknown;
+  std::filesystem::remove(call.output, unknown);
+  throw Error(ExitCode::output,
+              "cannot write " + in_quotes(call.thumbnail_name) + ": " + failed.message());
 }
 
 // --- several processes that draw a picture together ----------------------------------------
@@ -261,9 +264,12 @@ class RenderJob {
     const CheckedError& checked = *report_.checked;
     std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
                 checked.rms, checked.max, checked.max_x, checked.max_y, checked.pixels);
-    if (const auto& plan = report_.drawn.plan)
+    if (const auto& plan = report_.drawn.plan; plan && plan->rays > 0)
       std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
                   method_text(plan->chosen.method).c_str());
+    const std::optional<double>& tolerance = report_.drawn.scene.tolerance;
+    if (tolerance && checked.rms > *tolerance && !call_.quiet)
+      print_notice("the error is above the tolerance of " + number_text(*tolerance));
   }
 
   void write(Session& session) {

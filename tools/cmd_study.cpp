@@ -126,7 +126,7 @@ bool parse(StudyCall& call, Arguments arguments) {
                  "an order of convergence or an error is not as expected")
       ->expected(0, 1)
       ->default_str("small")
-      ->check(CLI::IsMember({"small", "full"}))
+      ->check(one_of<std::string>({"small", "full"}))
       ->excludes(psi)
       ->excludes(orders);
   line.add_list("--summary", call.summary, "compare finished studies, each named by its folder")

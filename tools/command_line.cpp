@@ -19,12 +19,13 @@ constexpr std::size_t option_width = 34, text_width = 66;
 constexpr std::size_t longest_metavar = 40;  ///< a longer list of words moves to the help text
 
 /// Breaks lines between words.
-std::string wrapped(const std::string& text, const std::string& next_line) {
+std::string wrapped(const std::string& text, const std::string& next_line,
+                    std::size_t width = text_width) {
   std::string out;
   std::size_t column = 0;
   std::istringstream words(text);
   for (std::string word; words >> word; column += word.size() + 1) {
-    if (column + word.size() > text_width && column > 0) {
+    if (column + word.size() > width && column > 0) {
       out.pop_back();
       out += next_line;
       column = 0;
@@ -156,7 +157,8 @@ void CommandLine::print_help(bool all) const {
     text += get_name() + " --help-all prints all " + std::to_string(help_options(*this).size()) +
             " options.\n\n";
   text += examples_.size() > 1 ? "Examples:\n  " : "Example:\n  ";
-  std::cout << get_description() << line << "\n" << text << joined(examples_, "\n  ") << "\n";
+  std::cout << wrapped(get_description(), "\n", option_width + text_width) << line << "\n"
+            << text << joined(examples_, "\n  ") << "\n";
 }
 
 bool CommandLine::read(std::span<const std::string> arguments) {
@@ -235,7 +237,7 @@ void FrameOptions::add_to(CommandLine& line) {
                  "frames of a sequence, such as 1-100, 1-100x2 or 1-10,20 (default: all)");
   line.add_value("--auto-from", auto_from, "all|A-B[xS]",
                  "frames from which extinction, camera, range, look and exposure are chosen for "
-                 "all (default: the first, the middle and the last)");
+                 "all (default: the first, the middle, the last and the one that burns most)");
   line.add_value("--missing", missing, "error|skip|hold",
                  "what to do about a frame without a file: refuse to start, leave it out, or take "
                  "the one before it")

@@ -139,16 +139,17 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
 SequenceScene chosen_for(const FrameList& list, const Scene& scene, bool background,
                          bool others_serve) {
   try {
-    return resolve_sequence(scene, list.samples, "auto", background);
+    return resolve_sequence(scene, list.samples, "auto", background, list.files);
   } catch (const Error& error) {
     if (error.code() != ExitCode::input || !others_serve) throw;
-    return resolve_sequence(scene, list.samples, "auto", background, list.files);
+    return resolve_sequence(scene, list.samples, "auto", background, list.files, true);
   }
 }
 
 void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy) {
   print_notices(list.notices);
-  print_notice(formatted("%zu frames, chosen from %zu: ", list.frames.size(), list.samples.size()) +
+  print_notice(formatted("%zu frames; chosen from %zu file%s: ", list.frames.size(),
+                         list.samples.size(), list.samples.size() == 1 ? "" : "s") +
                look_text(sequence.look, sequence.settings, to_copy));
 }
 

@@ -76,10 +76,13 @@ constexpr std::pair<ExitCode, const char*> exit_statuses[] = {
 };
 
 std::string manual_page(const HelpCommand& command, Options options) {
-  std::string page = header("psivox-" + command.name, command.summary);
+  // the name's line has one sentence
+  const std::size_t dot = command.summary.find(". ");
+  std::string page = header("psivox-" + command.name, command.summary.substr(0, dot));
   page += bold("psivox " + command.name) + " [OPTIONS]";
   for (const HelpOption& option : options)
     if (option.names.empty()) page += " [" + italic(option.value) + "]";
+  if (dot != std::string::npos) page += "\n.SH DESCRIPTION\n" + roff(command.summary);
   page += "\n.SH OPTIONS\n";
   std::string group;
   for (const HelpOption& option : options) {

@@ -40,7 +40,7 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
                  (named < unused.size() ? formatted(" and %d others, which psivox info lists",
                                                     int(unused.size() - named))
                                         : "") +
-                 "; --grid and others show them");
+                 "; --grid and other options show them");
 }
 
 void print_notice(const std::string& notice) {

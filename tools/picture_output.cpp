@@ -45,7 +45,7 @@ void put_out(const RenderCall& call, Session& session, RenderReport& report) {
     write_text(call.output, page);
     report.written.bytes = page.size();
     report.written.write_ms = writing.ms();
-    return say({formatted("the page has %.2f MB", double(page.size()) / 1e6)});
+    return say({formatted("the page is %.2f MB", double(page.size()) / 1e6)});
   }
   constexpr double long_write = 1e7;  // [pixels]; a second and more
   if (double(image.width) * image.height > long_write) say({"writing " + in_quotes(call.output)});
@@ -108,9 +108,12 @@ const char* format_of(const std::string& path) {
   return nullptr;
 }
 
-/// What every player shows: H.264, colours at half resolution, an even width and height.
+/// What every player shows: H.264, colours at half resolution and by BT.709, as the file says, an
+/// even width and height.
 const std::string encoding =
-    "-vf 'pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 -crf 17 -pix_fmt yuv420p";
+    "-vf 'scale=out_color_matrix=bt709:out_range=tv,pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 "
+    "-crf 17 -pix_fmt yuv420p -colorspace bt709 -color_primaries bt709 -color_trc bt709 "
+    "-color_range tv";
 
 }  // namespace
 
@@ -189,10 +192,13 @@ std::string RenderReport::table() const {
   if (times.plan_ms > 0) out += formatted("plan %.1f, ", times.plan_ms);
   out += formatted("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
                    stats.march_ms, written.write_ms, total_ms);
-  if (const auto& plan = drawn.plan)
-    out += formatted("march     %s; estimated error RMS %.1e, max %.1e (%d rays)\n",
-                     method_text(plan->chosen.method).c_str(), plan->chosen.rms, plan->chosen.max,
-                     plan->rays);
+  if (const auto& plan = drawn.plan) {
+    out += "march     " + method_text(plan->chosen.method);
+    if (plan->rays > 0)
+      out += formatted("; estimated error RMS %.1e, max %.1e (%d rays)", plan->chosen.rms,
+                       plan->chosen.max, plan->rays);
+    out += "\n";
+  }
   if (const auto& light = drawn.light)
     out += formatted("light     %s; estimated error RMS %.1e, max %.1e\n", light->method.c_str(),
                      light->rms, light->max);
@@ -224,14 +230,6 @@ bool can_make_movies() {
   for (const std::string& folder : split(folders ? folders : "", ':'))
     if (::access((std::filesystem::path(folder) / "ffmpeg").c_str(), X_OK) == 0) return true;
   return false;
-}
-
-std::string movie_command(const std::string& pictures, const std::string& movie,
-                          double frame_rate) {
-  std::string names = pictures;
-  if (const auto pattern = FramePattern::of_placeholder(pictures)) names = pattern->printf_form();
-  return "ffmpeg -framerate " + number_text(frame_rate) + " -i " + names + " " + encoding + " " +
-         movie;
 }
 
 Movie::Movie(const std::string& path, double frame_rate) : path_(path), frame_rate_(frame_rate) {

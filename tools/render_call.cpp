@@ -26,7 +26,7 @@ void add_outputs(CommandLine& line, RenderCall& call) {
   layers.emplace_back("none");
   line.add_list("--aov", call.layers,
                 "extra layers of the .exr: " + joined(layer_names(), ", ") +
-                    " makes it a deep .exr; none drops those of --scene's picture")
+                    " makes it a deep .exr; none drops the layers of --scene's picture")
       ->check(one_of(layers));
   line.add_value("--thumbnail", call.thumbnail, "N",
                  "make a picture of NxN pixels for a file manager: exact enough for 8 bits, "
@@ -114,8 +114,8 @@ bool same_file(const std::string& a, const std::string& b) {
 bool parse(RenderCall& call, Arguments arguments) {
   CommandLine line("render",
                    "Renders a volume (.vdb, NIfTI, NRRD) to a picture, without a window. Under "
-                   "mpirun several processes\n"
-                   "draw it together, in every mode but slice and back-to-front; no sequences.",
+                   "mpirun several processes draw it together, in every mode but slice and "
+                   "back-to-front; no sequences.",
                    {"output", "frames", "turntable", "movie", "verbose"},
                    {"smoke.vdb -o smoke.png",
                     "smoke.vdb -o smoke.exr --azimuth 30 --background white --tolerance 1e-4",
@@ -152,6 +152,8 @@ void check(const RenderCall& call, const Scene& scene) {
   check_picture(scene, call.layers, call.time_budget.has_value());
   if (scene.shows(Shows::plane) && (call.check_error || call.explain))
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
+  if (call.follow && !call.camera_path.empty())
+    usage("--follow moves the camera, and so does --camera-path: leave one of them out");
   if (!scene.holdout.empty() && (call.turntable || !call.camera_path.empty() || call.follow) &&
       !FramePattern::of_placeholder(scene.holdout))
     usage(

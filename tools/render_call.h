@@ -146,9 +146,6 @@ class Movie {
   std::FILE* ffmpeg_ = nullptr;
 };
 
-/// The command that makes a film of pictures `out.####.png`.
-std::string movie_command(const std::string& pictures, const std::string& movie, double frame_rate);
-
 /// Whether a file of this name is a film that ffmpeg writes.
 bool is_movie_name(const std::string& path);
 

@@ -31,8 +31,8 @@ class FrameMaker {
  public:
   FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
              const CameraPath* path)
-      : sequence_(chosen_for(list, scene, shows_background(call),
-                             call.keep_going || list.others_serve)),
+      : sequence_(
+            chosen_for(list, scene, shows_background(call), call.keep_going || list.others_serve)),
         call_(call),
         path_(path),
         first_(list.first) {
@@ -173,8 +173,8 @@ class FrameLoop {
   void finish() {
     if (movie_) movie_->finish();
     if (!movie_ && !call_.movie.empty())
-      say("ffmpeg is not installed; this makes the film: " +
-          movie_command(call_.output, call_.movie, call_.frame_rate));
+      say("ffmpeg is not installed; with it, the same command" +
+          std::string(holds_scene(call_.output) ? " and --resume" : "") + " makes the film");
     const double total_ms = watch_.ms();
     if (!call_.stats.empty()) {
       const nlohmann::ordered_json all = {
@@ -221,8 +221,9 @@ class FrameLoop {
     drawn->report.drawn = read.session->draw(*marcher_, wish);
     drawn->view = read.session->view();
     drawn->view.scene = read.scene;
-    for (const std::string& notice : drawn->report.drawn.notices) say(notice);
-    say(blank_reason(drawn->view, drawn->report.drawn.image));
+    const std::string which = "frame " + std::to_string(frame.number) + ": ";
+    for (const std::string& notice : drawn->report.drawn.notices) say(notice, which);
+    say(blank_reason(drawn->view, drawn->report.drawn.image), which);
     drawn->report.total_ms = drawing.ms();
     ++drawn_;
     return drawn;
@@ -231,11 +232,23 @@ class FrameLoop {
   void write(std::shared_ptr<DrawnFrame> drawn) {
     take_written();
     written_ = std::async(std::launch::async, [this, drawn = std::move(drawn)] {
-      if (!drawn->frame.output.empty()) write_picture(call_, drawn->view, drawn->report);
-      if (movie_) movie_->add(drawn->report.drawn.image, display_of(drawn->view.scene));
+      const std::string& file = drawn->frame.output;
+      const bool coded = !file.empty() && holds_codes(file, call_.format);
+      if (!file.empty()) write_picture(call_, drawn->view, drawn->report);
+      if (movie_) add_to_movie(*drawn);
       drawn->report.drawn.image = {};
       return drawn;
     });
+  }
+
+  /// Adds a frame that was written, unless the film alone has it.
+  void add_to_movie(DrawnFrame& drawn) {
+    Scene scene = drawn.view.scene;
+    if (drawn.frame.output.empty() || !holds_codes(drawn.frame.output, call_.format))
+      for (const std::string& notice :
+           complete_picture(drawn.report.drawn.image, scene, legend_of(drawn.view), /*codes=*/true))
+        drawn.report.written.notices.push_back(notice);
+    movie_->add(drawn.report.drawn.image, display_of(scene));
   }
 
   void take_written() {
@@ -270,8 +283,9 @@ class FrameLoop {
     bar_.say("frame " + std::to_string(frame.number) + ": " + error.what());
   }
 
-  void say(const std::string& notice) {
-    if (!notice.empty() && !call_.quiet && said_.insert(notice).second) bar_.say(notice);
+  /// Says it once. `which`: the first frame of which it is true.
+  void say(const std::string& notice, const std::string& which = {}) {
+    if (!notice.empty() && !call_.quiet && said_.insert(notice).second) bar_.say(which + notice);
   }
 
   const RenderCall& call_;

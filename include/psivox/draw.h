@@ -94,9 +94,9 @@ struct Wish {
   bool any_light = false;
   /// Codes wherever they save bytes, and not only where a picture's march pays for choosing them.
   bool fewest_bytes = false;
-  /// The session draws nothing else, and nobody reads its view's fields: their values go as bricks
-  /// are made of them, and bricks as the device copies them. What asks for them later reads the
-  /// file again and computes the light anew.
+  /// This is the session's last picture, and nobody reads its view's fields. Values are freed as
+  /// bricks are made of them, and bricks as the device copies them. What asks for them later reads
+  /// the file again and computes the light anew.
   bool last = false;
   bool count = false;   ///< count segments and look-ups in the stats
   bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them

@@ -84,8 +84,13 @@ void resolve_ocio(Scene& scene);
 /// becomes opaque.
 void add_background(Image& image, const glm::dvec3& color, const std::vector<glm::vec3>& behind);
 
-/// Completes the picture as its scene says, with background and legend (legend_of its view), and
-/// writes it with the scene in its metadata. Throws Error(output).
+/// Completes a picture as its scene says, with background and legend (legend_of its view), which is
+/// drawn for a file of sRGB `codes` only. Settles what the scene leaves open of its display.
+/// Returns notices for the user.
+std::vector<std::string> complete_picture(Image& image, Scene& scene, const Legend& legend,
+                                          bool codes);
+
+/// Completes the picture and writes it with the scene in its metadata. Throws Error(output).
 WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
                              const std::string& renderer, const PictureFile& file);
 

@@ -104,7 +104,7 @@ struct Plane {
 struct Scene {
   std::string input;
   std::string look;  ///< see with_look; empty: not said
-  std::string grid;  ///< empty: `density`, else the only scalar grid
+  std::string grid;  ///< empty: the best usable grid, see VdbFile::default_grid
   /// Further volumes in the scene, each as "FILE NAME=VALUE ...", see scene_of_volume.
   std::vector<std::string> volumes;
   std::optional<double> background_value;  ///< in place of a grid's own, if that is not 0
@@ -196,7 +196,7 @@ struct Scene {
 
   bool strict = false;
   int device = -1;  ///< EGL device; -1: the first that works, hardware before software
-  std::uint64_t memory_limit = 0;  ///< [bytes] for the atlas, host and GPU; 0: none
+  std::uint64_t memory_limit = 0;  ///< [bytes] of grids, host and GPU; 0: see grid_memory
 
   /// Parameters that a text has set, if only to their defaults: no look replaces them.
   std::set<std::string, std::less<>> given;

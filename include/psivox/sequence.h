@@ -89,11 +89,12 @@ struct SequenceScene {
 ///   brightness of light and flame: the least, so that the brightest frame is not clipped
 ///   camera      frames the subjects of all
 ///   isovalue and all else: those of the file with the least extinction
-/// `instead`: the sequence's files, of which the nearest replaces one that cannot be read.
+/// `files`: the sequence's, of which the nearest replaces a sample that is empty, and, if
+/// `others_serve`, one that cannot be read.
 /// Throws what make_view throws.
 SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> samples,
                                const std::string& open_look = "plain", bool background = true,
-                               std::span<const std::string> instead = {});
+                               std::span<const std::string> files = {}, bool others_serve = false);
 
 /// The scene for one of the sequence's files, without grids of the look that the file lacks.
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path);

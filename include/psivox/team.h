@@ -46,7 +46,8 @@ class Team {
     int local_rank = 0, local_size = 1;  ///< among the members on the same machine
     std::string machine;
 
-    /// Its own of so many things of the machine, which its processes take in turn.
+    /// Which of a machine's `things`, such as GPUs, this member uses: its processes take them in
+    /// turn.
     std::size_t in_turn(std::size_t things) const { return std::size_t(local_rank) % things; }
   };
 
@@ -71,7 +72,7 @@ class Team {
   /// The sum of what all give, added in the order of ranks, so that all get the same bits.
   template <typename T>
   T sum(T number) requires std::is_arithmetic_v<T>;
-  /// Sums as many numbers as all others do.
+  /// Sums element by element. All members must give equally many numbers.
   template <typename T>
   void sum(std::span<T> numbers) requires std::is_arithmetic_v<T>;
 

@@ -95,9 +95,8 @@ struct NamedGrid {
 };
 
 /// An open .vdb or .nvdb, a scan (NIfTI, NRRD) or a frame of it (see frame_of_file), or grids in
-/// memory that are used like one. Grids
-/// are read on demand; a broken grid does not keep the others from being read. Its const functions
-/// may be called from several threads.
+/// memory that are used like one. Grids are read on demand; a broken grid does not keep the others
+/// from being read. Its const functions may be called from several threads.
 class VdbFile {
  public:
   /// `progress` now and then receives the fraction of a grid that has been read. To end the reading

@@ -125,7 +125,7 @@ Cubic first_part(Cubic c, real part) {
 real shallow_part(Cubic c, real x, real most) {
   if (x * greatest_coefficient(c) <= most) return real(1.0);
   real quarter = real(0.25) * most / x;
-  real none = real(1e-30);
+  real none = real(1e-37);
   real p_0 = quarter / max(c.f_0, none);
   real p_1 = sqrt(quarter / max(c.q_1, none));
   real p_2 = pow(quarter / max(c.q_2, none), real(1.0 / 3.0));

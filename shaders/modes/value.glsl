@@ -1,5 +1,5 @@
-// The greatest value of a ray (mip), or its first local maximum above a threshold (lmip). The ray keeps
-// the value in radiance.x and its place in half_depth.
+// The greatest value of a ray (mip), or its first local maximum of at least a threshold (lmip). The
+// ray keeps the value in radiance.x and its place in half_depth.
 
 #if REAL_BITS == 64
 const real least_fall = real(1e-12);

@@ -106,12 +106,12 @@ struct AtlasOptions {
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };
 
-/// Codes: a brick stored as offset + step * code has rows of nine codes along z. A word of 64 bits
-/// has the codes at the ends of 8, 4 or 2 cells, the last one again the first of the next word, so
-/// that one load has both ends of a cell. The word before the rows has the offset and the step, as
-/// floats; the lowest bits of the step tell the width and the rows (CodedRows). Of channels beside
-/// the density each has words of its own, of the same width and rows: word i of all channels, then
-/// word i + 1.
+/// Codes store a brick as offset + step * code, in rows of nine along z. A word of 64 bits has the
+/// codes at the ends of 8, 4 or 2 cells. Its last code is repeated as the first of the next word,
+/// so that one load has both ends of any cell. The word before the rows has the offset and the
+/// step, as floats; the lowest bits of the step tell the width and the rows (CodedRows). Each
+/// channel beside the density has words of its own, of the same width and rows: word i of all
+/// channels, then word i + 1.
 enum class CodeWidth : std::uint8_t { bits7, bits12, bits16 };
 
 /// Words of a channel of a brick of the narrowest codes.
@@ -195,7 +195,7 @@ std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
                                                       const AtlasOptions& options,
                                                       const BrickAtlas& atlas);
 
-/// No more blocks are visible, unless cells of 0 are. It takes no time.
+/// Upper bound on the number of visible blocks, unless cells of 0 are visible. It builds no list.
 double most_visible_blocks(const Field& field);
 
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.

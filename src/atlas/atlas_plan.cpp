@@ -13,7 +13,8 @@
 namespace psivox::atlas {
 namespace {
 
-/// So many bricks of one value get texels of their own, or as many as others have [bricks].
+/// Bricks of one value get texels of their own if there are at most this many, or no more than
+/// other bricks.
 constexpr std::uint64_t few_constants = 4096;
 
 /// Bricks between tiles, which have no leaf's values: those with equal blocks are equal, and are

@@ -11,9 +11,9 @@
 
 namespace psivox::atlas {
 
-/// Bricks that are found as one: a single one, or many between wide tiles whose blocks are equal.
-/// Along each axis cells of `width` voxels are split into their last brick, whose apron lies in the
-/// next cell, and the others, so that pieces are disjoint.
+/// Bricks found together: a single one, or many between wide tiles, whose blocks are equal. Along
+/// each axis, the bricks of a cell of `width` voxels are divided into the last, whose apron lies in
+/// the next cell, and the others. So pieces are disjoint.
 struct Piece {
   glm::ivec3 first;  ///< brick
   int width = brick_cells;

@@ -210,6 +210,9 @@ std::string blank_reason(const View& view, const Image& image) {
   const Seen seen = what_is_seen(view.scene, image);
   if (seen.differs) return {};
   const bool empty = seen.opacity <= least_light;
+  const Medium& medium = view.medium;
+  if (empty && medium.density->active_voxels == 0 && medium.others.empty())
+    return "the picture is empty: grid " + in_quotes(medium.density->name) + " has no active voxel";
   std::string why = why_alike(view.scene, seen);
   if (!why.empty()) return "the picture shows only its background: " + why;
   if (empty) why = why_beside(view);

@@ -23,9 +23,9 @@ constexpr int slabs_at_once = 4;
 constexpr std::size_t brick_columns = lattice_columns * lattice_columns,
                       last_slice = lattice_depths_of_brick - brick_columns;
 
-/// What a member wants of a tile of columns: their depths in each slab from the light to the slab
-/// that begins with the slice `last`, at all slices from the slice `first` on, at the last slice of
-/// each slab before.
+/// What a member wants of a tile of columns: depths in each slab from the light to the one that
+/// begins with slice `last`. From the slab of slice `first` on it wants all slices, before that
+/// only each slab's last one.
 struct WantedTile {
   glm::ivec2 tile;
   int first, last;

@@ -19,9 +19,9 @@ struct LightLayer {
   std::vector<Box> boxes;   ///< one, unless a layer has too many bricks
 };
 
-/// Planes that part an axis into runs of slices of bricks, each run as long as it has no more than
-/// `most` bricks in it and in the slice beside it, on the light's side if `towards` is not 0. First
-/// and last slice of each run.
+/// Splits an axis into runs of slices of bricks. A run has at most `most` bricks or is one slice;
+/// if `towards` is not 0, the slice beside it on the light's side counts too. Returns the first and
+/// last slice of each run.
 std::vector<std::pair<int, int>> runs_of(std::span<const glm::ivec3> bricks, int axis,
                                          std::size_t most, int towards) {
   std::map<int, std::size_t> counts;

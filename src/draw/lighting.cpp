@@ -29,12 +29,12 @@ constexpr double left_above = 0.5, left_below = 0.4;
 /// Directions of a sky for any light, and for a trial of methods.
 constexpr int coarse_sky_count = 8, tried_sky_count = 16;
 
-/// Fraction of what the light may miss that its estimate may reach, since the pilot is a sample.
-/// Lattices wider than a voxel have larger errors in few pixels: it is divided by the spacing's
-/// square.
+/// The estimated error of the light may reach this fraction of what the light may miss, since the
+/// pilot is a sample. For lattices wider than a voxel, whose errors are larger in few pixels, it is
+/// divided by the square of the spacing.
 constexpr double light_safety = 0.8;
-/// A lattice is computed if its expected error is at most this part of that: one in vain costs more
-/// than columns that are closer than they must be.
+/// A lattice is computed only if its expected error is at most this part of that limit: computing
+/// one in vain costs more than columns closer than needed.
 constexpr double sure = 0.75;
 
 /// Rays that are exact end at this part of what the light may miss.
@@ -147,7 +147,8 @@ class LightTrials {
     return miss(LitLuminance(view_, beams).medium({blocks_, wanted}, depths));
   }
 
-  /// The coarsest lattice from `spacing` on, which is expected to miss `miss`.
+  /// The coarsest lattice, from `spacing` down, that is expected to be enough; exact rays if none
+  /// is or if they cost less. The lattice of `spacing` is expected to miss `miss`.
   LightMethod from(double spacing, double miss) {
     const LightMethod rays{
         .termination = transmittance_of(termination_share * rms_, view_.scene.scatter_octaves)};
@@ -240,7 +241,7 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   if (std::all_of(beams_.begin(), beams_.end(), exact)) return true;
   if (need.exact) return false;
   if (need.rms == 0) return true;
-  if (coarse_) return false;  // though it may do: a picture after a preview is that without one
+  if (coarse_) return false;  // it may suffice, but a preview must not change later pictures
   const LightPilot pilot(view, source.exact_depths(view), luminance, source.share);
   error_ = sum(pilot.error(*medium_), sky_error_);
   return error_.rms <= need.rms;

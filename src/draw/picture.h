@@ -27,8 +27,7 @@ class Picture {
   /// Adds layer `error`. The marcher must hold the atlas for exact filtering. The medium may have
   /// better light than the picture's.
   void add_error(const Medium& medium);
-  /// Adds layer `bound`: against the integral of the medium, whose light is
-  /// computed exactly.
+  /// Adds layer `bound`: against the integral of the medium, whose light is computed exactly.
   void add_bound(const Medium& medium);
   Drawn finish();
 

@@ -197,7 +197,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (lighting) shone = lighting->description();
   if (marches) picture.confirm_plan();
   if (marches && wish.layers.error) {
-    // a quarter changes an estimate by 3 %
+    // light four times as exact: its remaining error changes the estimate by 3 %
     if (lighting && lighting->error().rms > 0)
       light(parts, wanted, {.rms = lighting->error().rms / 4}, wish.progress, times);
     atlas.upload(marcher, view, host_texel(wanted.scene.texel), Filter::exact, times);
@@ -209,7 +209,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   drawn.atlas = stored;
   drawn.times = times;
   if (!marcher.marches() && wanted.scene.tolerance)
-    drawn.notices.emplace_back("--renderer reference is as exact for any --tolerance");
+    drawn.notices.emplace_back("--renderer reference ignores --tolerance");
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +
                             " parts, so that its atlas keeps within the memory");
@@ -310,8 +310,9 @@ std::vector<Explanation> Session::explain() {
   if (!view.scene.tolerance) return psivox::explain(view, grids);
   if (!view.medium.light) return psivox::explain(plan_march(view, grids).march->view, grids);
   std::vector<Explanation> lines = psivox::explain(view, grids);
-  lines.insert(lines.begin(),
-               {"tolerance", "sampling and rule are chosen when the light is known"});
+  for (Explanation& line : lines)
+    if (line.what == "sampling" || line.what == "integrator")
+      line.text = "chosen for the tolerance, once the light is known";
   return lines;
 }
 

@@ -15,7 +15,8 @@
 namespace psivox {
 namespace {
 
-/// The pictures that can be drawn in parts, if this one cannot; else empty.
+/// Which pictures parts allow, for a message (`pictures without --time-budget`); empty if this one
+/// is allowed.
 std::string region_obstacle(const View& view, const Wish& wish) {
   if (std::string obstacle = parts_obstacle(view.scene); !obstacle.empty()) return obstacle;
   if (wish.time_budget_ms) return "pictures without --time-budget";
@@ -24,7 +25,7 @@ std::string region_obstacle(const View& view, const Wish& wish) {
   return {};
 }
 
-/// The pictures that several processes can draw, if they cannot draw this one; else empty.
+/// Which pictures several processes can draw together; empty if this one is allowed.
 std::string team_obstacle(const View& view, const Wish& wish) {
   const Layers& layers = wish.layers;
   if (layers.depth || layers.steps || layers.samples || layers.error || layers.bound)

@@ -32,8 +32,8 @@ class WholeAtlas {
 
   /// The atlas of a view with that texel type, built if it is not there.
   const MediumAtlas& of(const View& view, TexelType texel, PreparationTimes& times);
-  /// What the device has of it: codes of these widths, or of the type's own, or the bricks. If it
-  /// is the last, texels of float32 go as codes are stored.
+  /// The atlas as the device stores it: in codes of these widths, in the texel type's own codes, or
+  /// as bricks. `last`: float32 texels are freed as codes are stored.
   const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                PreparationTimes& times, bool last = false);
   /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads. If it

@@ -79,26 +79,35 @@ void add_background(Image& image, const glm::dvec3& color, const std::vector<glm
   }
 }
 
-WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
-                             const std::string& renderer, const PictureFile& file) {
-  WrittenPicture written;
+std::vector<std::string> complete_picture(Image& image, Scene& scene, const Legend& legend,
+                                          bool codes) {
+  std::vector<std::string> notices;
   const auto say = [&](const std::string& notice) {
-    if (!notice.empty()) written.notices.push_back(notice);
+    if (!notice.empty()) notices.push_back(notice);
   };
-  WriteOptions format = file.format;
-  const bool codes = holds_codes(file.path, format);
   if (!scene.exposure && codes) {
     scene.exposure = auto_exposure(image, scene.tone_map);
     say("exposure " + formatted("%.3g", *scene.exposure) + ", chosen by auto");
   }
-  if (codes) {
-    resolve_ocio(scene);
-    format.display = display_of(scene);
-  }
   if (scene.background) add_background(image, scene.background->color, legend.behind);
-  if (scene.color_bar && codes) say(add_color_bar(legend.colors, format.display, image));
-  if (legend.lengths && codes && !draw_scale_bar(image, *legend.lengths, format.display))
+  if (!codes) return notices;
+  resolve_ocio(scene);
+  const Display display = display_of(scene);
+  if (scene.color_bar) say(add_color_bar(legend.colors, display, image));
+  if (legend.lengths && !draw_scale_bar(image, *legend.lengths, display))
     say("--scale-bar: the picture is too small for it");
+  return notices;
+}
+
+WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
+                             const std::string& renderer, const PictureFile& file) {
+  WriteOptions format = file.format;
+  const bool codes = holds_codes(file.path, format);
+  WrittenPicture written{complete_picture(image, scene, legend, codes)};
+  const auto say = [&](const std::string& notice) {
+    if (!notice.empty()) written.notices.push_back(notice);
+  };
+  if (codes) format.display = display_of(scene);
   image.metadata = picture_metadata(file, scene);
   image.metadata["psivox:renderer"] = renderer;
   const Stopwatch writing;
@@ -134,11 +143,16 @@ constexpr std::string Scene::*file_names[] = {&Scene::input, &Scene::transfer_fu
 /// Calls changed(file) for each file that the scene names and puts the result in its place.
 template <typename Changed>
 void change_files(Scene& scene, const Changed& changed) {
-  for (std::string Scene::*const name : file_names) {
-    LayerOfFile named(scene.*name);
-    if (named.file.empty() || named.file.starts_with("ocio://")) continue;  // OpenColorIO's own
+  const auto renamed = [&](const std::string& name) {
+    LayerOfFile named(name);
+    if (named.file.empty() || named.file.starts_with("ocio://")) return name;  // OpenColorIO's own
     named.file = changed(named.file);
-    scene.*name = named.text();
+    return named.text();
+  };
+  for (std::string Scene::*const name : file_names) scene.*name = renamed(scene.*name);
+  for (std::string& volume : scene.volumes) {
+    const std::string name = scene_of_volume(scene, volume).input;
+    volume = renamed(name) + volume.substr(name.size());
   }
 }
 

@@ -44,7 +44,7 @@ template <typename Real>
 struct Places {
   std::array<int, lattice_columns> cell;
   std::array<Real, lattice_columns> part;
-  bool consecutive = true;  ///< whether each column is in the cell behind the last one's
+  bool consecutive = true;  ///< whether each column is in the cell after the previous one's
 
   /// `spacing` apart from `at` on, each in the nearest cell of [first, end) if it is in none.
   Places(double at, double spacing, int first, int end) {

@@ -26,7 +26,7 @@ using Row = std::array<double, 8>;
 struct Taps {
   std::array<int, 8> first;
   std::array<Row, taps> weights;
-  bool consecutive = true;  ///< whether each voxel's taps begin a column behind the last one's
+  bool consecutive = true;  ///< whether each voxel's taps begin one column after the previous one's
 
   /// `at`: the number, not whole, of the column at a voxel.
   explicit Taps(const auto& at) {
@@ -44,7 +44,7 @@ struct Taps {
   /// Columns from the first tap to the last.
   int reach() const { return first.back() - first.front() + int(taps); }
 
-  /// Of columns from the first tap on, what the voxels are interpolated to.
+  /// Interpolates the 8 voxels from columns; `from` begins at the first tap.
   void filter(const double* from, Row& to) const {
     to = {};
     for (std::size_t k = 0; k < taps; ++k)
@@ -65,8 +65,8 @@ struct Piece {
 /// Columns from the light to a slab and through it.
 class Columns {
  public:
-  /// Makes `own`, depths from the start of each dark brick, depths of the piece's tiles from the
-  /// light on, each ordered as a brick's. Returns the rest of `own`, which is not of this piece.
+  /// Turns `own`, depths from the start of each dark brick, into `depths`, from the light on, for
+  /// all tiles of the piece. Returns the rest of `own`, which belongs to other pieces.
   std::span<const double> join(const Piece& piece, std::span<const double> own, double* depths) {
     for (std::size_t tile = piece.first; tile < piece.end; ++tile) {
       const bool dark = piece.slab->is_dark(tile);

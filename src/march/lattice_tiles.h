@@ -61,8 +61,8 @@ struct TileRange {
   glm::ivec2 size() const { return max - min + 1; }
 };
 
-/// Tiles that the voxels of a block are interpolated from, and those around them that the cells
-/// reach into which the block's voxels are corners of.
+/// Tiles that a block's voxels are interpolated from, and the tiles around them that are reached by
+/// cells with a corner in the block.
 TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block, int first_slice);
 
 using TileNumbers = std::unordered_map<glm::ivec2, int, ColumnHash>;

@@ -65,7 +65,7 @@ using BeamDepths = std::function<void(const Beam& beam, const LightBlocks& block
 using TakeLight =
     std::function<void(std::size_t beam, std::size_t block, std::span<const double> depths)>;
 
-/// Finds the depths of several beams. A block's come in any order of the beams.
+/// Finds the depths of several beams. For each block, they arrive in any order of the beams.
 using LightDepths = std::function<void(std::span<const Beam> beams, const LightBlocks& blocks,
                                        const TakeLight& take, const Progress& progress)>;
 

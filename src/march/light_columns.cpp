@@ -56,7 +56,7 @@ struct Ramps {
     for (std::size_t c = 0; c < N; ++c) {
       low[c] = std::min(front[c], back[c]);
       high[c] = std::max(front[c], back[c]);
-      const Real width = high[c] - low[c], least = Real(1e-30);
+      const Real width = high[c] - low[c], least = Real(1e-37);
       per_width[c] = 1 / std::max(width, least);
     }
     for (std::size_t k = 0; k < 4; ++k) {
@@ -304,9 +304,9 @@ class Integration {
   Values<Real> density_, gradient_;
   bool knows_slope_ = false;  ///< whether the gradient has values in the brick's window
   bool by_function_;
-  /// That a column is integrated in from slice to slice. Look-ups along a column are as near as
-  /// columns are: between faces of cells an error of either kind falls with the fourth power,
-  /// across them with the second.
+  /// Number of parts in which a column is integrated from slice to slice. Look-ups along a column
+  /// are then as close as columns are. Within cells either error falls with the fourth power of the
+  /// distance, across faces with the second.
   int parts_;
   Box clip_;
   double scale_;       ///< optical depth of attenuation 1 over a slice

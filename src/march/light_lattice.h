@@ -54,9 +54,10 @@ struct LatticeFrame {
   bool meets_part(const LatticeBrick& brick) const;
 };
 
-/// Optical depths from the voxels of blocks to where the light comes in. Beside a kink they may
-/// fall below 0: a cubic is linear in the columns, so that depths of an atlas's parts add up. It
-/// keeps one layer of bricks at a time, whatever the volume's size.
+/// Optical depths from the voxels of blocks to where the light comes in. Beside a kink the
+/// cubic may fall below 0. Such depths are kept: without clamping the interpolation is linear in
+/// the columns, so that depths of an atlas's parts add up. It keeps one layer of bricks at a time,
+/// whatever the volume's size.
 void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const LatticeColumns& columns, const TakeDepths& take,
                     const Progress& progress = {});

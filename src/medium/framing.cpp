@@ -25,7 +25,7 @@ struct FrameBox {
   glm::dvec3 min{0}, max{0};
 };
 
-/// What of a visible block is inside a box, and the block.
+/// The part of a visible block inside a box, and the numbers of its grid and block.
 struct Part {
   FrameBox box;
   double amount = 0;

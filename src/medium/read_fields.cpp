@@ -18,7 +18,7 @@ namespace {
 /// with its compiler, and what a picture in parts takes on host and GPU for each pixel [bytes].
 /// Measured; see docs/performance.md.
 constexpr std::uint64_t of_program = 168 << 20, of_pixel = 80;
-/// Grids may take this much under any limit that is as large [bytes].
+/// Grids may always take this much, or the whole limit if that is smaller [bytes].
 constexpr std::uint64_t least = 32 << 20;
 
 /// The modes in which a volume can be drawn in parts, for a message.

@@ -35,12 +35,11 @@ struct SurveyedDensity {
 
 /// Surveys a density of which the topology has been read, if its values stay in the file.
 ///
-/// A process that is alone weighs the leaves, too; it does not look at `lod`. Of several each
-/// surveys its own leaves, which are in the part of the volume that it will draw. It keeps their
-/// values until they are read for that, if they and their atlas take no more than `memory`. Then
-/// all get the same ranges and the same `field`, which is in memory: at a `lod` above 0 the coarse
-/// volume, which is also the one to draw; else an overview, which is the density itself if that has
-/// few leaves, and otherwise a sample of its voxels.
+/// A process alone also weighs the leaves and ignores `lod`. In a team, each member surveys only
+/// the leaves of the part that it will draw. It keeps their values until they are read for drawing,
+/// if they and their atlas take at most `memory`. Then all get the same ranges and the same
+/// `field`, in memory. At a `lod` above 0 that is the coarse volume, which is also drawn. Else it
+/// is an overview: the density itself if it has few leaves, otherwise a sample of its voxels.
 /// Throws AgreedError(input) if they see different volumes, Error(input).
 SurveyedDensity survey_density(Field field, const Parts& parts, const SurveyOptions& options);
 

@@ -29,7 +29,7 @@ class WeightCounts {
   void add(Real weight, std::uint64_t voxels) {
     if (weight > 0) counts_[bin_of(weight)] += voxels;
   }
-  /// What has been counted as infinite has another weight.
+  /// Counts again, with this weight, what was counted as infinite.
   void replace_infinite(double weight) {
     const std::uint64_t voxels =
         std::exchange(counts_[bin_of(std::numeric_limits<double>::infinity())], 0);

@@ -16,8 +16,8 @@
 namespace psivox {
 namespace {
 
-/// Of codes that are chosen first, a step changes the optical depth of a voxel times the light
-/// there by this much [tolerances]; and light by this much. Errors of a ray's voxels are
+/// In the first trial, a step of code changes a voxel's optical depth times the light there by at
+/// most `depth_step` tolerances, and light by at most `light_step`. Errors of a ray's voxels are
 /// independent where values vary by more than a step. Inside a smooth cloud they do not, and a row
 /// of a brick is off by up to four steps. One pixel in a thousand is to be off by 5 tolerances at
 /// most: in 80 pictures it is off by 4.5. With 9.7 in place of 8 it was off by 5.6.
@@ -35,8 +35,8 @@ constexpr double coded_rms = 0.85, coded_ray = 4.5;
 /// Rays that are marched before what they show is looked at.
 constexpr std::size_t batch = 128;
 
-/// Part of the float32 texels' bytes above which they stay. Beside light the march takes longer by
-/// codes, so that only bytes speak for them.
+/// Codes are dropped if they take more than this part of the float32 texels' bytes. Beside light,
+/// codes slow the march, so there they must save more bytes.
 constexpr double worthwhile = 0.75, worthwhile_in_light = 0.55;
 
 /// Look-ups of a picture for each texel from which on codes are chosen. To choose them takes about
@@ -47,7 +47,7 @@ constexpr double paying_look_ups = 0.1;
 /// Part of the memory that grids may take from which on it is scarce.
 constexpr double scarce = 0.25;
 
-/// How much of a picture a change of a brick's values by 1 changes in a voxel, by slot.
+/// By slot: how much one voxel changes the picture if the brick's values change by 1.
 std::vector<double> effects_of_values(const View& view, const MediumAtlas& atlas) {
   const Medium& medium = view.medium;
   const Peak peak(view, atlas);

@@ -106,6 +106,14 @@ Pilot::Pilot(const View& exact, const View& ended, const MediumAtlas& atlas,
   }
 }
 
+int Pilot::telling_rays() const {
+  const auto rgba = truth_.rgba();
+  int rays = 0;
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    rays += std::any_of(&rgba[i], &rgba[i] + 4, [](float value) { return value != 0; });
+  return rays;
+}
+
 double Pilot::brightest() const {
   const auto rgba = truth_.rgba();
   double most = 0;

@@ -51,6 +51,8 @@ class Pilot {
   std::span<const RayError> exact_errors() const { return exact_errors_; }
   /// Field look-ups of the truth, by ray.
   std::span<const double> exact_samples() const { return exact_samples_; }
+  /// Rays that show anything.
+  int telling_rays() const;
   /// Largest radiance of a ray.
   double brightest() const;
 

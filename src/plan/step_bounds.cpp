@@ -22,7 +22,7 @@ constexpr double least_part = 1.0 / 4096;
 /// tools/bench/tolerance.py: the bound exceeds their largest errors.
 constexpr double kinks_share = 4.0 / 8;
 
-/// The share for emission, which lattices are tried with in the middle of a step.
+/// The same for emission, for which lattices use `midpoint`.
 constexpr double emission_kinks_share = 4.0 / 8;
 
 /// Most that a brick's values change along a unit of length of any direction [1/voxel].
@@ -98,8 +98,8 @@ void StepBounds::bound_emission(const Medium& medium, std::size_t place,
   const std::vector<float> kinks = brick_kinks(emission);
   const double unit = finest_voxel(*medium.density);
   const double voxels =
-      unit / finest_voxel(*medium.emission[place].field);  // of the emission a step of 1
-  // what several miss adds up
+      unit / finest_voxel(*medium.emission[place].field);  // of the emission in a step of 1
+  // the errors of several grids add up
   const double scale = medium.emission[place].scale * unit * double(medium.emission.size());
   const std::size_t stride = std::size_t(emission.channels) * brick_texels;
   for (std::size_t i = 0; i < kinks.size(); ++i) {

@@ -116,7 +116,7 @@ Rows look_rows() {
       common({"colormap", enum_metavar<Colormap>(), "", "none",
               "built-in colour map of the luminance", &Scene::colormap, any, "none"}),
       {"range", "MIN,MAX", "", "range of the active values; 0 to the greatest for mip and lmip",
-       "values at the ends of --colormap, --opacity and maxima, or without these of the "
+       "values at the ends of --colormap, --opacity and maxima; with none of these, of the "
        "attenuation; 1%,99% are percentiles",
        &Scene::range, any, "auto"},
       {"opacity", "U:A,...", "", "none",
@@ -157,7 +157,8 @@ Rows mode_and_part_rows() {
       {"isovalue", "V", "", "middle of the values; 0 for a level set",
        "value of the surface, under --mode isosurface", &Scene::isovalue, any, "auto"},
       march_only({"lmip-threshold", "T", "", "",
-                  "--mode lmip shows the first local maximum above it", &Scene::lmip_threshold}),
+                  "--mode lmip shows the first local maximum of at least T",
+                  &Scene::lmip_threshold}),
       march_only({"slice", "PLANE", "world units", "across the default view, through the middle",
                   "plane of --mode slice: z, z=3, a normal, or a point and a normal", &Scene::slice,
                   any, "auto"}),
@@ -242,11 +243,11 @@ Rows camera_rows() {
 
 Rows accuracy_rows() {
   return {
-      march_only(
-          common({"tolerance", "E", "radiance, opacity",
-                  number_text(default_tolerance) + ", unless an option below sets the method",
-                  "largest RMS error over R, G, B and A; psivox chooses the method for it",
-                  &Scene::tolerance, above_0, "none"})),
+      march_only(common(
+          {"tolerance", "E", "radiance, opacity",
+           number_text(default_tolerance) + ", unless --step or another option sets the method",
+           "largest RMS error over R, G, B and A; psivox chooses the method for it",
+           &Scene::tolerance, above_0, "none"})),
       march_only({"early-termination", "T", "transmittance", "1/16384, or at most --tolerance / 4",
                   "end a ray below this transmittance; 0: never", &Scene::early_termination,
                   below_1, "auto"}),

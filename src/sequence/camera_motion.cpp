@@ -1,6 +1,7 @@
 #include "sequence/camera_motion.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
@@ -126,8 +127,13 @@ CameraPath CameraPath::read(const std::string& path, bool z_up, double rate) {
   CameraPath result;
   if (!path.ends_with(".json")) {
     const CameraAnimation animation = read_camera_animation(path, z_up);
-    result.first_ = animation.begin * rate;
-    result.last_ = animation.end * rate;
+    // glTF has seconds in float32
+    const auto frame = [rate](double seconds) {
+      const double number = seconds * rate, whole = std::round(number);
+      return std::abs(number - whole) < 1e-3 ? whole : number;
+    };
+    result.first_ = frame(animation.begin);
+    result.last_ = frame(animation.end);
     result.camera_ = [rate, at = animation.at](double frame) { return at(frame / rate); };
   } else {
     result.keys_ = keys_of(read_text(path, "camera path"), path);

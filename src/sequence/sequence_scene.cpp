@@ -137,20 +137,27 @@ Subject all_subjects(const std::vector<Sample>& samples) {
   return all;
 }
 
-bool is_empty(Scene scene, const std::string& path) {
-  scene.input = path;
-  return read_fields(scene, VdbFile(path), true).density->active_voxels == 0;
-}
-
-bool can_be_read(Scene scene, const std::string& path) {
+/// Active voxels of a file's density; unset if it cannot be read.
+std::optional<std::uint64_t> active_voxels(Scene scene, const std::string& path) {
   try {
     scene.input = path;
-    read_fields(scene, VdbFile(path), true);
-    return true;
+    return read_fields(scene, VdbFile(path), true).density->active_voxels;
   } catch (const Error& error) {
     if (error.code() != ExitCode::input) throw;
-    return false;
+    return {};
   }
+}
+
+/// Of all files the nearest to one that serves, perhaps that one; empty if none does.
+template <typename Serves>
+std::string nearest(std::span<const std::string> all, const std::string& path,
+                    const Serves& serves) {
+  std::vector<std::string> near(all.begin(), all.end());
+  const auto place = [&](const std::string& file) { return std::ranges::find(all, file); };
+  std::ranges::stable_sort(
+      near, {}, [&](const std::string& other) { return std::abs(place(other) - place(path)); });
+  const auto first = std::ranges::find_if(near, serves);
+  return first == near.end() ? std::string() : *first;
 }
 
 /// The files, or in place of one that cannot be read the nearest that can, if there is one.
@@ -158,30 +165,36 @@ std::vector<std::string> readable(const Scene& scene, std::span<const std::strin
                                   std::span<const std::string> all) {
   std::vector<std::string> found;
   for (const std::string& path : paths) {
-    std::vector<std::string> near(all.begin(), all.end());
-    const auto place = std::ranges::find(all, path) - all.begin();
-    std::ranges::stable_sort(near, {}, [&](const std::string& other) {
-      return std::abs(std::ranges::find(all, other) - all.begin() - place);
+    std::string chosen = nearest(all, path, [&](const std::string& other) {
+      return active_voxels(scene, other).has_value();
     });
-    const auto first =
-        std::ranges::find_if(near, [&](const auto& other) { return can_be_read(scene, other); });
-    const std::string& chosen = first == near.end() ? path : *first;
+    if (chosen.empty()) chosen = path;
     if (!std::ranges::count(found, chosen)) found.push_back(chosen);
   }
   return found;
 }
 
-/// A sample of each file that is not empty; of one file, if the scene leaves nothing open.
-std::vector<Sample> samples_of(const Scene& scene, std::span<const std::string> paths,
-                               const std::string& open_look, bool background) {
+/// A sample of each file, or in place of one that is empty of the nearest that is not; of one file,
+/// if the scene leaves nothing open.
+std::vector<Sample> samples_of(const Scene& scene, std::vector<std::string>& paths,
+                               std::span<const std::string> all, const std::string& open_look,
+                               bool background) {
   std::vector<Sample> samples;
-  for (const std::string& path : paths) {
+  const auto is_full = [&](const std::string& path) {
+    return active_voxels(scene, path).value_or(0) > 0;
+  };
+  for (std::string& path : paths) {
     try {
       samples.push_back(sample_of(scene, path, open_look, background));
     } catch (const Error& error) {
-      if (error.code() != ExitCode::input || !is_empty(scene, path)) throw;
-      if (samples.empty() && &path == &paths.back()) throw;
-      continue;
+      if (error.code() != ExitCode::input || active_voxels(scene, path) != 0) throw;
+      const std::string full = nearest(all, path, is_full);
+      if (!full.empty() && !std::ranges::count(paths, full)) {
+        samples.push_back(sample_of(scene, path = full, open_look, background));
+      } else {
+        if (samples.empty() && &path == &paths.back()) throw;
+        continue;
+      }
     }
     Scene resolved = samples.back().scene;
     resolved.input = scene.input;
@@ -203,22 +216,22 @@ double least_exposure(const Scene& scene, std::span<const std::string> paths) {
 
 }  // namespace
 
-SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> files,
+SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> wanted,
                                const std::string& open_look, bool background,
-                               std::span<const std::string> instead) {
-  std::vector<std::string> paths(files.begin(), files.end());
-  if (!instead.empty()) paths = readable(scene, files, instead);
+                               std::span<const std::string> files, bool others_serve) {
+  std::vector<std::string> paths(wanted.begin(), wanted.end());
+  if (others_serve) paths = readable(scene, wanted, files);
   Scene common = scene;
   if (common.grid.empty()) {
     common.grid = common_grid(paths);
-    if (!instead.empty()) paths = readable(common, files, instead);  // those that have the grid
+    if (others_serve) paths = readable(common, wanted, files);  // those that have the grid
   }
-  std::vector<Sample> samples = samples_of(common, paths, open_look, background);
+  std::vector<Sample> samples = samples_of(common, paths, files, open_look, background);
   const std::string look = common_look(samples);
   if (look != "plain") {
     common.look = look;
     if (std::ranges::any_of(samples, [&](const Sample& s) { return s.looked.look != look; }))
-      samples = samples_of(common, paths, open_look, background);
+      samples = samples_of(common, paths, files, open_look, background);
   }
   const std::size_t base = std::size_t(&densest(samples) - samples.data());
   if (scene.attenuates()) common.extinction = extinction_of(samples[base]);
@@ -226,7 +239,7 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
   take_temperatures(samples, common);
   // brightness depends on what was settled so far
   if (look != "plain" && samples.size() > 1)
-    samples = samples_of(common, paths, open_look, background);
+    samples = samples_of(common, paths, files, open_look, background);
 
   SequenceScene result{samples[base].scene, look, {}, {}, {}};
   result.scene.range = common.range;
