@@ -46,7 +46,9 @@ done
 [ "$("$program" help render | grep -c '^  -')" -eq 15 ] ||
   fail "help render lists other than 15 options"
 # Thumbnails, also under a name without an extension.
+cp "$S" thumbnail.png
 t 0 - render "$S" -o thumbnail --thumbnail 48
+cmp -s "$S" thumbnail.png || fail "a thumbnail without an extension took another file's place"
 t 0 rms compare thumbnail thumbnail
 t 2 "--thumbnail needs a file" render "$S" --print-scene --thumbnail 48
 t 2 "too short for the float32 numbers along a ray" render "$S" -o a.exr $R --step 1e-9
@@ -283,7 +285,7 @@ t 3 "no such file" render nope.vdb -o a.exr $R
 t 3 "cannot be read from the standard input" render - -o a.exr $R
 t 2 "no output; give -o a.png" render "$S" a.png $R
 t 2 "psivox render b.vdb -o FILE.png draws it" b.vdb
-t 0 "is as exact for any --tolerance" render "$S" -o b.exr --renderer reference --tolerance 1e-4 --look plain --resolution 8x8
+t 0 "--renderer reference ignores --tolerance" render "$S" -o b.exr --renderer reference --tolerance 1e-4 --look plain --resolution 8x8
 t 3 nope render "$S" -o a.exr --grid nope $R
 t 3 nope render "$S" -o a.exr --luminance-grid nope $R
 t 6 "over the limit of 0.00 MiB" render "$S" -o a.exr --memory-limit 2K $R
@@ -325,6 +327,11 @@ t 3 "there is no such file" render "$S" -o a.exr --holdout none.exr $R
 t 2 "give both or neither" render "$S" -o a.exr --holdout-depth distance $R
 # Several volumes: what is wrong with one, and where they are not drawn.
 t 0 - render "$S" -o a.exr --and "$S scale=0.5 translate=1,0,0" $R
+mkdir -p moved && cp "$S" moved/first.vdb && cp "$S" moved/second.vdb
+(cd moved && "$program" render first.vdb -o both.png --and "second.vdb scale=0.5" $R -q)
+mv moved moved.again
+t 0 - render --scene moved.again/both.png -o both.png
+t 0 rms compare both.png moved.again/both.png --max-rms 1e-9
 t 3 "none.vdb: no such file" render "$S" -o a.exr --and none.vdb $R
 t 2 "no 'zoom' of its own; it may have grid, scale" render "$S" -o a.exr --and "$S zoom=2" $R
 t 2 "is for one volume; leave out --and" study "$S" -o several --and "$S" -q

@@ -96,6 +96,8 @@ TEST(Look, IsWhatOptionsLeave) {
   // these mean a look of their own
   EXPECT_EQ(beside("tiles.vdb", {{"isovalue", "0.5"}}).look, "surface");
   EXPECT_EQ(beside("tiles.vdb", {{"mode", "isosurface"}}).look, "surface");
+  // no sky lights a surface
+  EXPECT_EQ(beside("tiles.vdb", {{"isovalue", "0.5"}, {"sky", "1,0,0"}}).scene.lights.size(), 2u);
   const LookedScene mapped = beside("blobs.vdb", {{"colormap", "viridis"}});
   EXPECT_EQ(mapped.look, "scan");
   EXPECT_EQ(mapped.scene.colormap, Colormap::viridis);

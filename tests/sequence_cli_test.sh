@@ -99,6 +99,11 @@ mv in/plume.0001.vdb kept.vdb
 rm -f out/*
 run 0 "" $pattern -o out/a.####.png "${small[@]}"
 [ -e out/a.0001.png ] || fail "an empty frame has no picture"
+[ "$("$program" render $pattern --print-scene -q)" = \
+  "$("$program" render $pattern --print-scene -q --auto-from 2,4,6)" ] ||
+  fail "the second frame does not stand for the first, which is empty"
+grep -q "frame 1: the picture is empty: grid 'density' has no active voxel" printed.txt ||
+  fail "an empty frame is not named: $(cat printed.txt)"
 mv kept.vdb in/plume.0001.vdb
 
 # --- resume ---------------------------------------------------------------------------------------
@@ -184,13 +189,16 @@ run 0 "6 frames" $pattern -o out/f.#.png "${small[@]}" --follow
 [ "$(for i in 1 6; do scene_of out/f.$i.png | tr -d ' \n' | grep -o '"camera-target":\[[^]]*\]'; done | sort -u | wc -l)" = 2 ] ||
   fail "--follow: the camera stays"
 
+run 2 "leave one of them out" $pattern -o out/f.#.png "${small[@]}" --camera-path path.json --follow
+
 # --- films ----------------------------------------------------------------------------------------
 mkdir bin
 cat >bin/ffmpeg <<'EOF'
 #!/bin/sh
 for last; do :; done
 printf '%s\n' "$*" >ffmpeg.txt
-wc -c >"$last"
+cat >film.raw
+wc -c <film.raw >"$last"
 EOF
 chmod +x bin/ffmpeg
 PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4 --fps 30
@@ -200,6 +208,11 @@ PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.
 [ "$(cat film.mp4)" = $((6 * 48 * 32 * 3)) ] || fail "film of pictures that stand"
 PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie alone.mp4
 [ -s alone.mp4 ] || fail "a film alone"
+mv film.raw alone.raw
+PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4
+cmp -s film.raw alone.raw || fail "a film alone has other frames than one of pictures"
+PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie film.mp4 --background '#ff4000'
+[ "$(head -c 3 film.raw | od -An -tu1 | tr -d ' ')" = 255640 ] || fail "a film alone has no background"
 if command -v ffmpeg >/dev/null; then # which calls a film that the disk cannot hold a success
   limited=$(ulimit -f 1 && "$program" render $pattern "${small[@]}" --movie film3.mp4 2>&1)
   [ $? -eq 5 ] || fail "a film beyond the limit of a file's size: $limited"
@@ -211,7 +224,7 @@ PATH=$PWD/bin:$PATH run 5 "alone2.mp4" $pattern "${small[@]}" --movie alone2.mp4
 run 2 "expected .mp4" $pattern "${small[@]}" --movie film.gif
 rm bin/ffmpeg
 for tool in grep tail; do ln -s "$(command -v $tool)" bin; done
-PATH=$PWD/bin run 0 "ffmpeg -framerate 24 -i out/m.%d.png" $pattern -o out/m.#.png "${small[@]}" \
+PATH=$PWD/bin run 0 "the same command and --resume makes the film" $pattern -o out/m.#.png "${small[@]}" \
   --movie film2.mp4
 PATH=$PWD/bin run 5 "ffmpeg, which is not installed" $pattern "${small[@]}" --movie film2.mp4
 PATH=$PWD/bin run 2 "expected .mp4" $pattern -o out/m.#.png "${small[@]}" --movie film.gif

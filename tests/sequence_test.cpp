@@ -160,7 +160,8 @@ TEST(SequenceScene, TakesTheNearestFileInPlaceOfOneWithoutTheGrid) {
   std::ofstream(files.paths.back())
       << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: text\n\n5 6\n";
   EXPECT_THROW(resolve_sequence({}, files.paths), Error);
-  const SequenceScene sequence = resolve_sequence({}, files.paths, "auto", true, files.paths);
+  const SequenceScene sequence =
+      resolve_sequence({}, files.paths, "auto", true, files.paths, /*others_serve=*/true);
   EXPECT_EQ(sequence.scene.grid, "density");
 }
 

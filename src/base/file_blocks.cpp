@@ -211,8 +211,9 @@ namespace {
 
 using namespace std::string_view_literals;
 
-/// A format, what its files begin with or are called, and how to read it. In `array`, an expression
-/// of Python by x, y, z, $ is the file's name; docs/interchange.md has voxel sizes too.
+/// A format, what its files begin with or are called, and how to read it. `array`: what
+/// psivox.field takes in Python, by x, y, z, with voxel sizes and the origin where the file has
+/// them; $ is the file's name.
 struct Format {
   std::string_view name;
   std::string_view magic;
@@ -225,16 +226,16 @@ constexpr Format formats[] = {
     {"half of an Analyze image", "", 0, ".hdr", "nibabel.load($).get_fdata()"},
     {"a DICOM image", "DICM", 128, ".dcm .dicom", "pydicom.dcmread($).pixel_array.T"},
     {"a VTK file", "# vtk DataFile", 0, ".vtk",
-     "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F')"},
+     "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F'), g.spacing, g.origin"},
     {"a VTK file", "<VTKFile", 0, ".vti",
-     "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F')"},
+     "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F'), g.spacing, g.origin"},
     {"an HDF5 file", "\x89HDF\r\n\x1a\n"sv, 0, ".h5 .hdf5", "h5py.File($)['NAME'][:].T"},
     {"a TIFF file", "II*\0"sv, 0, ".tif .tiff", "tifffile.imread($).T"},
     {"a TIFF file", "II+\0"sv, 0, "", "tifffile.imread($).T"},
     {"a TIFF file", "MM\0*"sv, 0, "", "tifffile.imread($).T"},
     {"a numpy array", "\x93NUMPY", 0, ".npy", "numpy.load($)"},
     {"a MetaImage", "ObjectType = Image", 0, ".mhd .mha",
-     "SimpleITK.GetArrayFromImage(SimpleITK.ReadImage($)).T"},
+     "SimpleITK.GetArrayFromImage(i := SimpleITK.ReadImage($)).T, i.GetSpacing(), i.GetOrigin()"},
     {"a Zarr array", "", 0, ".zarr", "zarr.open($)[:].T"},
     {"a file of raw values", "", 0, ".raw",
      "numpy.fromfile($, 'u1').reshape(DEPTH, HEIGHT, WIDTH).T"},

@@ -210,6 +210,8 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   drawn.times = times;
   if (!marcher.marches() && wanted.scene.tolerance)
     drawn.notices.emplace_back("--renderer reference ignores --tolerance");
+  if (wanted.scene.shows(Shows::surface) && (wanted.scene.sky || !wanted.scene.environment.empty()))
+    drawn.notices.emplace_back("--sky and --environment do not light an isosurface; --light does");
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +
                             " parts, so that its atlas keeps within the memory");

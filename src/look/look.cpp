@@ -172,9 +172,9 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   return is_scan(density, known_fog) ? "scan" : "smoke";
 }
 
-/// Whether the density's values stay in the file: looks need them in memory, all but `plain`. A
-/// file that is too small for that is not read here: values are 16 times its bytes at most, or 48
-/// times if they are vectors.
+/// Whether the density's values stay in the file: looks need them in memory, all but `plain` and
+/// `surface`. A file that is too small for that is not read here: values are 16 times its bytes at
+/// most, or 48 times if they are vectors.
 bool stays_in_file(const Scene& scene, KeptFields& fields) {
   std::error_code unknown;
   const auto bytes =
@@ -193,7 +193,9 @@ std::string too_dark(const Scene& scene, KeptFields& fields) {
 
 void take_open(const Scene& asked, const Scene& look, bool background, Scene& scene) {
   for (const Parameter& p : parameters()) {
-    if (!is_given(look, p) || !is_open(asked, p.name)) continue;
+    // a sky does not light a surface, and replaces no lamp there
+    const bool lamps = p.name == "light" && look.shows(Shows::surface);
+    if (!is_given(look, p) || !(lamps ? !is_given(asked, p) : is_open(asked, p.name))) continue;
     if (p.name == "background" && !background) continue;
     // a scene of optical depths has decided about its exposure
     if (p.name == "exposure" && asked.shows(Shows::depth)) continue;
@@ -269,7 +271,8 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   KeptFields fields(file, parts);
   const bool by_itself = result.look == "auto";
   if (by_itself) {
-    const bool out_of_reach = parts.allowed && stays_in_file(scene, fields);
+    const bool surface = scene.shows(Shows::surface) || scene.isovalue;
+    const bool out_of_reach = !surface && parts.allowed && stays_in_file(scene, fields);
     result.look = out_of_reach ? "plain" : suitable_look(scene, fields);
   }
   LookFile look = read_look(result.look);

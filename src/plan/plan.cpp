@@ -19,8 +19,9 @@ Method budget_method(const View& view) { return lattice(view, 4); }
 
 /// Rays that must show something so that their errors are those of the picture: a lattice may step
 /// over features of a few pixels, of which the pilot meets none. Nearly all rays are then empty, so
-/// that the exact march costs little. In 69 pictures of narrow opacities (frogtissue) of which no
-/// more than 20 rays showed anything, lattices missed up to 1.5 tolerances.
+/// that the exact march costs little. In 69 pictures of narrow opacities (frogtissue) of
+/// which fewer rays showed anything, lattices had an RMS of up to 1.1 and one pixel of 166
+/// tolerances.
 constexpr int fewest_telling = 32;
 
 /// Maxima and surfaces have no step: cells find them.
