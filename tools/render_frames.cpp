@@ -232,9 +232,7 @@ class FrameLoop {
   void write(std::shared_ptr<DrawnFrame> drawn) {
     take_written();
     written_ = std::async(std::launch::async, [this, drawn = std::move(drawn)] {
-      const std::string& file = drawn->frame.output;
-      const bool coded = !file.empty() && holds_codes(file, call_.format);
-      if (!file.empty()) write_picture(call_, drawn->view, drawn->report);
+      if (!drawn->frame.output.empty()) write_picture(call_, drawn->view, drawn->report);
       if (movie_) add_to_movie(*drawn);
       drawn->report.drawn.image = {};
       return drawn;

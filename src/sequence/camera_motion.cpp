@@ -128,12 +128,12 @@ CameraPath CameraPath::read(const std::string& path, bool z_up, double rate) {
   if (!path.ends_with(".json")) {
     const CameraAnimation animation = read_camera_animation(path, z_up);
     // glTF has seconds in float32
-    const auto frame = [rate](double seconds) {
+    const auto frame_of = [rate](double seconds) {
       const double number = seconds * rate, whole = std::round(number);
       return std::abs(number - whole) < 1e-3 ? whole : number;
     };
-    result.first_ = frame(animation.begin);
-    result.last_ = frame(animation.end);
+    result.first_ = frame_of(animation.begin);
+    result.last_ = frame_of(animation.end);
     result.camera_ = [rate, at = animation.at](double frame) { return at(frame / rate); };
   } else {
     result.keys_ = keys_of(read_text(path, "camera path"), path);
