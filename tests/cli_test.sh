@@ -261,6 +261,10 @@ stats=$("$program" render "$S" -o tight.exr --tolerance 2e-6 --aov error --stats
 grep -q '"layer_rms": [1-9]' <<<"$stats" || fail "the error of exact cells is 0"
 t 0 "above --tolerance" render "$S" -o a.exr --tolerance 1e-12 --resolution 32x32
 t 0 "estimate  RMS" render "$S" -o a.exr --tolerance 1e-2 --check-error 200 $R
+t 0 "above the tolerance of 1e-12" render "$S" -o a.exr --tolerance 1e-12 --check-error 50 --resolution 32x32
+t 0 - render "$S" -o whole.exr --mode isosurface --resolution 32x32 -q
+t 0 "drawn in" render "$S" -o parts.exr --mode isosurface --resolution 32x32 --memory-limit 300K
+t 0 rms compare whole.exr parts.exr --max-abs 1e-6
 t 0 "200 pixels" render "$S" -o a.exr --step 4 --check-error 200 --resolution 20x10 -q
 t 0 '"layer_rms"' render "$S" -o a.exr --tolerance 1e-2 --aov error --stats - $R
 t 0 '"method"' render "$S" -o a.exr --time-budget 1000 --stats - $R

@@ -59,6 +59,21 @@ TEST_F(MarchInvariance, AnyAffineTransformIsTheReference) {
   }
 }
 
+TEST_F(MarchInvariance, ValuesNearTheLeastFloatKeepTheirLight) {
+  const Box box{{0, 0, 0}, {39, 35, 31}};
+  const auto light =
+      share(make_field(box, [](glm::ivec3 v) { return 1 + blobs_at(glm::dvec3(v)); }));
+  const auto picture = [&](float scale) {
+    Scene scene = looking(small_scene(), {60, 30, 50}, {20, 18, 16});
+    scene.integrator = Integrator::cell_exact;
+    scene.extinction = 0.4 / double(scale);
+    const auto density = [&](glm::ivec3 v) { return scale * blobs_at(glm::dvec3(v)); };
+    return gl_picture(make_view(scene, share(make_field(box, density)), light));
+  };
+  // the values themselves are rounded, by 2^-24 each
+  expect_same("values of 1e-31", picture(1), picture(1e-31f), 2e-6);
+}
+
 // float32 places a ray within 16 * 2^-24 = 1e-6 voxels, and noise has a slope of 1 per voxel, with
 // the same sign along all 24 of them: 24 * 0.1 * 1e-6 of optical depth.
 constexpr double along_faces = 2.4e-6;

@@ -281,6 +281,11 @@ TEST(CameraPath, FollowsAnAnimationOfGltf) {
   EXPECT_NEAR(path.at({}, 99).camera_position->x, 4, 1e-6);
   // Z is up: glTF's Z, towards the viewer, is -Y
   EXPECT_NEAR(CameraPath::read(file, true, 24).at({}, 0).camera_position->y, -5, 1e-6);
+  // keys at the frames 1 and 5, whose seconds are rounded to float32
+  std::string later = moving_gltf;
+  later.replace(later.find("AAAAAAAAgD8A"), 12, "q6oqPVVVVT4A");
+  EXPECT_EQ(CameraPath::read(path_file(later, "l.gltf"), false, 24).first(), 1);
+  EXPECT_EQ(CameraPath::read(path_file(later, "l.gltf"), false, 24).last(), 5);
   std::string broken = moving_gltf;
   broken.replace(broken.find("\"count\": 2"), 10, "\"count\": 9");
   EXPECT_THROW(CameraPath::read(path_file(broken, "b.gltf"), false, 24), Error);
