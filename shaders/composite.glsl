@@ -16,12 +16,13 @@ void add_light(INOUT(March) m, real3 C) {
   add_to(m.radiance.z, m.radiance_lost.z, C.z);
 }
 
-// Keeps where the transmittance falls below 1/2, if it does within `depth` more: that far along what
-// starts at m.t, whose attenuation is `tau` times some factor.
+// Keeps where the transmittance falls below 1/2, if it does on the `length` from m.t on, which has
+// the optical depth `depth` and an attenuation proportional to `tau`.
 void find_half(INOUT(March) m, Cubic tau, real depth, real length) {
   if (!find_depth) return;
   if (m.half_depth < NEVER || !(m.optical_depth + depth > m.half_at)) return;
-  real s = (m.half_at - m.optical_depth) / depth;
+  // an end correction may have passed it
+  real s = m.optical_depth < m.half_at ? (m.half_at - m.optical_depth) / depth : real(0.0);
   real target = s * antiderivative(tau, real(1.0));
   real low = real(0.0);
   real high = real(1.0);

@@ -31,13 +31,13 @@ struct Copies {
 /// Those of a view without its light. `discards`: a whole's texels go as others are made of them.
 Copies copies_of(const Marcher& marcher, const View& view, bool discards);
 
-/// The split by which the wish's team must draw a view. A process alone
-/// draws the volume whole if its atlases fit on host and GPU into the scene's memory limit or,
-/// without a limit, into four fifths of the free memory. Without a limit it also draws whole a
-/// picture that cannot be drawn in parts. Other grids than the density and its gradient stay whole.
-/// Members of a team that share a machine share its memory, unless the scene has a limit, which is
-/// each member's; with light their parts' values are in memory. Throws Error(memory) if the limit
-/// cannot be kept. `limit` stands for the scene's [bytes].
+/// The split by which the wish's team must draw a view. A process alone draws the volume whole if
+/// its atlases fit on host and GPU into the scene's memory limit or, without a limit, into four
+/// fifths of the free memory. Without a limit it also draws whole a picture that cannot be drawn in
+/// parts. Other grids than the density and its gradient stay whole. Members of a team that share a
+/// machine share its memory, unless the scene has a limit, which is each member's; with light their
+/// parts' values are in memory. Throws Error(memory) if the limit cannot be kept. `limit` stands
+/// for the scene's [bytes].
 Split split_of(const View& view, const Wish& wish, const Copies& copies = {},
                std::optional<double> limit = {});
 

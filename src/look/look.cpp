@@ -192,10 +192,11 @@ std::string too_dark(const Scene& scene, KeptFields& fields) {
 }
 
 void take_open(const Scene& asked, const Scene& look, bool background, Scene& scene) {
+  Scene skyless = asked;  // a sky does not light a surface, and replaces no lamp there
+  for (const char* name : {"sky", "environment"}) set_default(skyless, *find_parameter(name));
   for (const Parameter& p : parameters()) {
-    // a sky does not light a surface, and replaces no lamp there
     const bool lamps = p.name == "light" && look.shows(Shows::surface);
-    if (!is_given(look, p) || !(lamps ? !is_given(asked, p) : is_open(asked, p.name))) continue;
+    if (!is_given(look, p) || !is_open(lamps ? skyless : asked, p.name)) continue;
     if (p.name == "background" && !background) continue;
     // a scene of optical depths has decided about its exposure
     if (p.name == "exposure" && asked.shows(Shows::depth)) continue;

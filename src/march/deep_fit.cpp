@@ -28,9 +28,9 @@ struct Reach {
 };
 
 /// Fits samples to a curve, greedily from the front. A sample's optical depth grows linearly and
-/// its radiance with its opacity ("Interpreting OpenEXR Deep Pixels", Kainz 2013). At its
-/// end a sample may be off by the tolerance, as in Lokovic and Veach's deep shadow maps (2000). It
-/// then reaches farther than one whose ends must lie on the curve.
+/// its radiance with its opacity ("Interpreting OpenEXR Deep Pixels", Kainz 2013). At its end a
+/// sample may be off by the tolerance, as in Lokovic and Veach's deep shadow maps (2000). It then
+/// reaches farther than one whose ends must lie on the curve.
 class Fit {
  public:
   Fit(const RayCurve& curve, double tolerance) : curve_(curve), tolerance_(tolerance) {
