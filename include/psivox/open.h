@@ -21,6 +21,9 @@ std::vector<std::string> available_looks();
 /// chosen.
 bool leaves_look_open(const Scene& scene);
 
+/// Whether a look may set a parameter, or make a choice of that name, beside what the scene gives.
+bool leaves_to_look(const Scene& scene, std::string_view name);
+
 /// The scene without anything of how a picture looks, and without its look. Its grids, camera,
 /// clip, holdout and exposure stay.
 Scene without_look(Scene scene);

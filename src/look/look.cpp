@@ -111,14 +111,6 @@ bool gives_any(const Scene& scene, const std::vector<std::string_view>& names) {
   return std::ranges::any_of(names, [&](std::string_view name) { return is_given(scene, name); });
 }
 
-/// Whether a look may set a parameter or make a choice beside what the scene gives.
-bool is_open(const Scene& scene, std::string_view name) {
-  for (const OptionPart& part : parts_of_looks)
-    if (std::ranges::count(part.replaced, name) && gives_any(scene, part.given)) return false;
-  const Parameter* p = find_parameter(name);
-  return !p || !is_given(scene, *p);
-}
-
 /// Whether it says how a picture looks; a range, an opacity and an isovalue too.
 bool says_how_it_looks(const Parameter& p) {
   if (p.name == "look" || p.name.starts_with("clip") || p.name.starts_with("holdout")) return false;
@@ -196,7 +188,7 @@ void take_open(const Scene& asked, const Scene& look, bool background, Scene& sc
   for (const char* name : {"sky", "environment"}) set_default(skyless, *find_parameter(name));
   for (const Parameter& p : parameters()) {
     const bool lamps = p.name == "light" && look.shows(Shows::surface);
-    if (!is_given(look, p) || !is_open(lamps ? skyless : asked, p.name)) continue;
+    if (!is_given(look, p) || !leaves_to_look(lamps ? skyless : asked, p.name)) continue;
     if (p.name == "background" && !background) continue;
     // a scene of optical depths has decided about its exposure
     if (p.name == "exposure" && asked.shows(Shows::depth)) continue;
@@ -254,6 +246,13 @@ bool leaves_look_open(const Scene& scene) {
   return scene.look.empty() && *info(scene.mode).look && !gives_any(scene, parts_of_looks[0].given);
 }
 
+bool leaves_to_look(const Scene& scene, std::string_view name) {
+  for (const OptionPart& part : parts_of_looks)
+    if (std::ranges::count(part.replaced, name) && gives_any(scene, part.given)) return false;
+  const Parameter* p = find_parameter(name);
+  return !p || !is_given(scene, *p);
+}
+
 Scene without_look(Scene scene) {
   if (scene.shows(Shows::depth) && !scene.exposure) scene.exposure = Scene{}.exposure;
   for (const Parameter& p : parameters())
@@ -288,7 +287,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   result.scene.look = "plain";
   Choosing all{scene, fields, result.scene};
   for (const std::string& what : look.choices)
-    if (is_open(scene, what)) choose(what, all);
+    if (leaves_to_look(scene, what)) choose(what, all);
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
   result.fields = fields.drawn(result.scene);

@@ -29,6 +29,15 @@ void check(const Scene& scene, const PictureWords& wanted) {
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
 }
 
+/// A time budget chooses the method in place of a tolerance.
+std::optional<double> tolerance_of(const Scene& given, bool in_time) {
+  return in_time ? std::nullopt : with_default_tolerance(given).tolerance;
+}
+
+bool is_same(const Scene& a, const Scene& b) {
+  return std::ranges::all_of(parameters(), [&](const Parameter& p) { return has_same(a, b, p); });
+}
+
 /// A marcher that another thread may take afterwards.
 struct Released {
   Marcher& marcher;
@@ -98,32 +107,41 @@ Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
 void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress) {
   session_.reset();
   progress(0);
-  const Scene scene = in_time ? given : with_default_tolerance(given);
-  OpenedScene opened = open_scene(scene, *file_, {.parts = {.allowed = true}});
-  progress(0);
-  look_background_.reset();
-  looked_ = std::move(opened.looked.scene);
-  if (!given.background) {
-    look_background_ = std::exchange(looked_.background, {});
-    opened.view.scene.background.reset();
+  // what else one picture has does not choose the look of those that follow
+  prepared_ = given_;
+  for (const Parameter& p : parameters()) {
+    if (!belongs_to_medium(p)) continue;
+    copy_parameter(given, prepared_, p);
+    if (!given.given.contains(p.name)) prepared_.given.erase(p.name);
+    if (given.given.contains(p.name)) prepared_.given.insert(p.name);
   }
+  prepared_.tolerance = tolerance_of(given, in_time);
+  OpenedScene opened = open_scene(prepared_, *file_, {.parts = {.allowed = true}});
+  progress(0);
+  looked_ = std::move(opened.looked.scene);
+  look_background_ = std::exchange(looked_.background, {});
+  opened.view.scene.background.reset();
+  own_ = in_look(given, in_time, looked_);
+  if (!is_same(own_, looked_)) opened = open_scene(own_, std::move(opened.looked.fields));
   notices_ = color_notices_;
   for (const std::string& notice : notices_of(opened.view.medium)) add_once(notices_, notice);
-  prepared_ = given;
-  in_time_ = in_time;
   session_.emplace(std::move(opened.view));
 }
 
-std::optional<Scene> Drawing::moved(const Scene& given, bool in_time) const {
-  if (in_time == in_time_ && std::ranges::all_of(parameters(), [&](const Parameter& p) {
-        return has_same(given, prepared_, p);
-      }))
-    return {};
-  Scene scene = session_->view().scene;
-  for (const Parameter& p : parameters())
-    if (!belongs_to_medium(p))
-      copy_parameter(has_same(given, prepared_, p) ? looked_ : given, scene, p);
-  scene.tolerance = given.tolerance;  // the method is chosen anew
+bool Drawing::is_prepared(const Scene& given) const {
+  return session_ && std::ranges::all_of(parameters(), [&](const Parameter& p) {
+           return !belongs_to_medium(p) ||
+                  (has_same(given, prepared_, p) && is_given(given, p) == is_given(prepared_, p));
+         });
+}
+
+Scene Drawing::in_look(const Scene& given, bool in_time, Scene scene) const {
+  for (const Parameter& p : parameters()) {
+    if (belongs_to_medium(p)) continue;
+    const bool by_look = !has_same(looked_, prepared_, p) && leaves_to_look(given, p.name);
+    copy_parameter(by_look ? looked_ : given, scene, p);
+  }
+  scene.tolerance = tolerance_of(given, in_time);
   return scene;
 }
 
@@ -162,14 +180,13 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   const bool in_time = wanted.time_budget_ms.has_value();
   const Scene given = scene_of(words, *file_, given_);
   check(given, wanted);
-  const bool prepared = session_ && std::ranges::all_of(parameters(), [&](const Parameter& p) {
-                          return !belongs_to_medium(p) || has_same(given, prepared_, p);
-                        });
   // pixels are checked in the session's own scene
-  if (!prepared || (wanted.check_error > 0 && moved(given, in_time)))
+  if (!is_prepared(given) ||
+      (wanted.check_error > 0 && !is_same(in_look(given, in_time, looked_), own_)))
     prepare(given, in_time, progress);
   Wish wish;
-  wish.scene = moved(given, in_time);
+  if (!is_same(in_look(given, in_time, looked_), own_))
+    wish.scene = in_look(given, in_time, session_->view().scene);
   wish.layers = layers_of(wanted.layers);
   wish.time_budget_ms = wanted.time_budget_ms;
   wish.fewest_bytes = wanted.page.has_value();

@@ -100,8 +100,11 @@ class Drawing {
 
  private:
   void prepare(const Scene& given, bool in_time, const Progress& progress);
-  /// The session's scene with the parameters of `given` that a picture may change; unset: none.
-  std::optional<Scene> moved(const Scene& given, bool in_time) const;
+  /// Whether the session has the medium of a scene.
+  bool is_prepared(const Scene& given) const;
+  /// `scene`, of the session's medium, with the camera, picture and accuracy that `given` says or
+  /// leaves to the look.
+  Scene in_look(const Scene& given, bool in_time, Scene scene) const;
   Picture finish(Drawn drawn, const Wish& wish, const PictureWords& wanted);
   /// Throws Error(usage) in a call from the `progress` of a picture, which would wait for itself.
   void check_not_drawing() const;
@@ -111,9 +114,9 @@ class Drawing {
   std::shared_ptr<const VdbFile> file_;
   Scene given_;              ///< of the constructor
   bool gives_background_;    ///< so that a look's is not wanted
-  Scene prepared_, looked_;  ///< of the session: as it was given, and in its look
-  bool in_time_ = false;     ///< prepared for a time budget, so without a tolerance
+  Scene prepared_, looked_;  ///< of the look: the scene that it was chosen for, and in it
   std::optional<Background> look_background_;
+  Scene own_;  ///< of the session, in the look
   std::optional<Session> session_;
   std::vector<std::string> color_notices_, notices_;
   std::optional<Lease> lease_;

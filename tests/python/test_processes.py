@@ -32,6 +32,27 @@ def test_a_session_draws_what_render_draws(blobs):
                 {**b.scene, "integrator": 0, "sampling": 0}
 
 
+@pytest.mark.parametrize("kind", ["file", "array"])
+def test_a_sessions_pictures_do_not_depend_on_those_before(blobs, kind):
+    """The look is chosen for the session's own scene, and what a call gives counts."""
+    source = blobs if kind == "file" else np.random.default_rng(0).random((20, 20, 20), dtype="f4")
+    scenes = [{}, {"azimuth": 90}, {"camera_position": (0, 0, 9)}, {"azimuth": 0, "elevation": 0},
+              {"light": "none"}, {"step": 0.5},
+              {"azimuth": 50, "check_error": 16}]
+    with psivox.Session(source, resolution=SMALL) as session, \
+            psivox.Session(source, resolution=SMALL) as other:
+        forth = [session.render(**scene) for scene in scenes]
+        back = [other.render(**scene) for scene in reversed(scenes)][::-1]
+    for scene, a, b in zip(scenes, forth, back):
+        assert psivox.compare(a, b).max <= 2**-22, scene
+        for name in a.scene.keys() - {"integrator", "sampling", "early-termination"}:  # or auto
+            assert a.scene[name] == b.scene[name], (scene, name)
+        given = psivox.render(source, resolution=SMALL, **scene).scene
+        for name in scene.keys() & given.keys():
+            assert a.scene[name] == given[name]
+    assert psivox.compare(forth[0], psivox.render(source, resolution=SMALL)).max == 0
+
+
 def resident_mib():
     with open("/proc/self/statm", encoding="ascii") as file:
         return int(file.read().split()[1]) * resource.getpagesize() / 2**20
