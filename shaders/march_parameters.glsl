@@ -33,6 +33,7 @@ PARAMETER(int, psi_table_first)       // of psi_table's entries among the tables
 PARAMETER(real, world_unit)           // world length of one unit of t
 PARAMETER(int, max_turns)             // of the loop in this pass
 PARAMETER(real, lmip_threshold)
+PARAMETER(real, least_value)  // maxima no nearer to 0 show something, and so much is a fall
 PARAMETER(real, isovalue)
 PARAMETER(real3, normal_x)            // columns of the inverse transposed transform: what turns a
 PARAMETER(real3, normal_y)            // gradient over voxels into the world's [1 / unit of t]

@@ -12,9 +12,13 @@ struct Ray {
 // So that 1/d is finite. A ray turned by 1e-15 moves by 1e-9 voxels over a million, and the times of
 // the faces of 2^24 voxels, 2^24 / 1e-15 = 2e22, are far from float32's largest number. A ray in a face
 // ascends through it, so that all of them meet regions in one order (Regions::front_to_back).
-real clamp_component(real d) {
-  real least = real(1e-15);
-  return abs(d) < least ? least : d;
+const real least_component = real(1e-15);
+
+real clamp_component(real d) { return abs(d) < least_component ? least_component : d; }
+
+// The component of a ray from a voxel, which descends from an upper face if it is in that face.
+real along_face(real d, int voxel, int upper) {
+  return voxel == upper && abs(d) <= least_component ? -least_component : d;
 }
 
 // The one expression for the t of faces: cells, bricks, regions and the domain must agree bit for bit.

@@ -112,7 +112,7 @@ void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
   }
   s.f_half = trilinear(corners, position(ray, t_half) - base);
   s.f_end = trilinear(corners, position(ray, s.t_exit) - base);
-  if (!transfer) s.f_end = max(s.f_end, real(0.0));
+  if (integrates && !transfer) s.f_end = max(s.f_end, real(0.0));
   if (transfer) s.f_front = trilinear(corners, position(ray, m.t) - base);
   real3 d = ray.direction * s.extent;
   s.q_3 = third_difference(corners) * d.x * d.y * d.z;

@@ -67,6 +67,18 @@ TEST(PlanMarch, TheErrorIsWhatWasAskedFor) {
       kept(blobs_view(own_luminance), tolerance);
 }
 
+TEST(PlanMarch, DepthsOfAFunctionToo) {
+  // its knots make a cell's attenuation something else than a cubic
+  Scene scene;
+  scene.input = std::string(PSIVOX_ASSETS) + "/blobs.vdb";
+  scene.mode = Mode::xray;
+  scene.transfer_function = std::string(PSIVOX_ASSETS) + "/shells.json";
+  scene.extinction = 3.3;
+  scene.resolution = {64, 64};
+  for (const double tolerance : {1e-3, 1e-5})
+    kept(make_view(scene, VdbFile(scene.input)), tolerance);
+}
+
 TEST(PlanMarch, TheSameViewHasTheSamePlan) {
   const View view = with_tolerance(blobs_view(true), 1e-3);
   const MediumAtlas atlas = build_medium_atlas(view);

@@ -150,6 +150,21 @@ TEST(Framing, SeesWhatTheFunctionOfTheValueShows) {
   EXPECT_GE(extent.high.y - extent.low.y, 1.4);
 }
 
+TEST(Framing, SeesWhatASurfaceBelowZeroEncloses) {
+  const auto ball_of = [](float sign) {
+    return make_field({{0, 0, 0}, {60, 60, 60}}, [sign](glm::ivec3 v) {
+      return glm::length(glm::dvec3(v) - middle) < radius ? sign : 0.0f;
+    });
+  };
+  Scene scene = picture();
+  scene.mode = Mode::isosurface;
+  scene.extinction.reset();
+  scene.isovalue = 0.5;
+  const Camera above = camera_of(scene, ball_of(1));
+  scene.isovalue = -0.5;
+  EXPECT_EQ(camera_of(scene, ball_of(-1)).position, above.position);
+}
+
 TEST(Framing, SeesAnEmissionGridBeyondTheDensity) {
   const Field density = make_field({{0, 0, 0}, {60, 60, 60}}, ball);
   const Field fire = make_field({{0, 60, 0}, {40, 100, 40}}, [](glm::ivec3) { return 1.0f; });

@@ -74,6 +74,31 @@ TEST(LightDepths, MarchAndReferenceAgree) {
   }
 }
 
+TEST(LightDepths, OfTheDomainsOwnFacesAreThoseAlongThem) {
+  // A vacuum that attenuates fills the domain up to its faces, and light runs along four of them.
+  Scene scene = lit_scene({0, 0, -1});
+  scene.extinction = 0.1;
+  View view = view_of(scene, make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 0.f; }));
+  view.medium.transfer = function({{0, 1}, {1, 1}});
+  for (const int axis : {0, 1, 2})
+    for (const double way : {-1.0, 1.0}) {
+      glm::dvec3 direction(0);
+      direction[axis] = way;
+      view.medium.light->lights.front().direction = direction;
+      const std::vector<glm::ivec3> origins = blocks_of(view);
+      EXPECT_EQ(origins.size(), 27u);  // its domain is from -1 to 8
+      const std::vector<double> march = double_depths(view, origins);
+      const std::vector<double> reference = depths_of(view, reference_light_depths(view), origins);
+      for (std::size_t i = 0; i < march.size(); ++i) {
+        const glm::ivec3 voxel = origins[i / 512] + leaf_voxel(int(i % 512));
+        if (!view.medium.density->domain().contains(voxel)) continue;
+        const int way_out = way < 0 ? 8 - voxel[axis] : voxel[axis] + 1;
+        EXPECT_NEAR(march[i], 0.1 * way_out, 1e-13);
+        EXPECT_NEAR(reference[i], 0.1 * way_out, 1e-13);
+      }
+    }
+}
+
 TEST(VisibleBlocks, HoldEveryCornerOfACellWithAttenuation) {
   const Field field = mixed();
   const std::vector<glm::ivec3> origins = visible_blocks(field, {});

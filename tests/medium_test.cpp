@@ -9,8 +9,10 @@
 
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
+#include "scene/transfer_function.h"
 #include "thrown.h"
 #include "verify/made_fields.h"
+#include "verify/made_views.h"
 
 namespace psivox {
 namespace {
@@ -97,6 +99,28 @@ TEST(MakeView, ResolvesEveryOptional) {
   for (const View* view : {&cells, &uniform}) {
     const Scene read = scene_from_json(to_json(view->scene));
     EXPECT_EQ(to_json(make_view(read, field, nullptr).scene), to_json(view->scene));
+  }
+}
+
+TEST(MakeView, ComponentsAttenuateByTheirMagnitude) {
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) { return float(v.x) - 5; });
+  field.of_vectors = true;
+  Field magnitude =
+      make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) { return std::abs(float(v.x) - 5); });
+  const auto component = share(std::move(field));
+  Scene scene;
+  scene.luminance = {1, 1, 1};
+  for (const Mode mode : {Mode::alpha, Mode::xray}) {
+    scene.mode = mode;
+    const View view = make_view(scene, component, nullptr);
+    ASSERT_TRUE(view.medium.transfer);
+    EXPECT_FALSE(view.medium.transfer->has_color());
+    for (const double value : {-5.0, -1.5, 0.0, 2.0})
+      EXPECT_NEAR(view.medium.transfer->at(value).attenuation, std::abs(value), 1e-15);
+    EXPECT_EQ(view.medium.source, LuminanceSource::constant);
+    // both are linear between voxels, as 0 is at one
+    EXPECT_NEAR(view.medium.extinction,
+                make_view(scene, share(magnitude), nullptr).medium.extinction, 1e-12);
   }
 }
 

@@ -71,6 +71,7 @@ struct Medium {
   std::shared_ptr<const Field> gradient;
   std::vector<Emission> emission{};     ///< of all grids that emit; they add up
   double isovalue = 0;                  ///< under Mode::isosurface, in the density's own values
+  double least_value = 0;               ///< maxima no nearer to 0 show something; so much is a fall
   std::optional<ScatteredLight> light;  ///< not in the luminance yet, see light.h
   bool lit = false;          ///< the luminance has that light, wherever the density attenuates
   glm::dvec3 phase_axis{0};  ///< direction of the light if scattering depends on the ray's; else 0

@@ -1,17 +1,12 @@
 // The greatest value of a ray (mip), or its first local maximum of at least a threshold (lmip). The
 // ray keeps the value in radiance.x and its place in half_depth.
 
-#if REAL_BITS == 64
-const real least_fall = real(1e-12);
-#else
-const real least_fall = real(4e-6);
-#endif
 // Looks at a value. LMIP ends where values fall behind a maximum that reaches the threshold. What
-// rounding makes of a plateau, or of a value seen from both sides of a face, is no fall.
+// rounding makes of a plateau, or of a value seen from both sides of a face, is no fall (least_value).
 void see_value(INOUT(March) m, real value, real t) {
   if (m.done || !m.own) return;
-  real fallen = m.radiance.x - least_fall * abs(m.radiance.x);
-  if (mode == MODE_lmip && value < fallen && m.radiance.x >= lmip_threshold) m.done = true;
+  bool fallen = value < m.radiance.x - least_value;
+  if (mode == MODE_lmip && fallen && m.radiance.x >= lmip_threshold) m.done = true;
   else if (value > m.radiance.x) {
     m.radiance.x = value;
     m.half_depth = t;
@@ -38,10 +33,11 @@ void value_step(INOUT(March) m, real back, real t_back) {
   m.front.value = back;
 }
 
-// Whether the ray has met a value, and one that attenuates.
+// Whether the ray has met a value, and one that attenuates. What rounding makes of 0 is 0.
 bool has_value(IN(March) m) {
   if (!(m.radiance.x > UNKNOWN)) return false;
-  return (transfer ? classify(m.radiance.x).attenuation : m.radiance.x) > real(0.0);
+  real value = abs(m.radiance.x) < least_value ? real(0.0) : m.radiance.x;
+  return (transfer ? classify(value).attenuation : value) > real(0.0);
 }
 
 real4 value_picture(IN(March) m) {

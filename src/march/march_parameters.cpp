@@ -119,6 +119,7 @@ void place_medium(const View& view, MarchSetup& setup) {
   c.shows = int(info(scene.mode).shows);
   c.from_back = info(scene.mode).from_back;
   p.lmip_threshold = scene.lmip_threshold;
+  p.least_value = medium.least_value;
   p.isovalue = medium.isovalue;
   const glm::dmat3 normal =
       glm::transpose(glm::inverse(glm::dmat3(medium.density->world_from_index)));

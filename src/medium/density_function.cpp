@@ -52,12 +52,22 @@ void check_gradient_rules(const Scene& scene) {
 
 namespace {
 
-/// The map of a component, whose sign is a direction: its magnitude attenuates. The map has a point
-/// at 0.
-TransferFunction by_magnitude(const TransferFunction& map) {
-  std::vector<TransferPoint> points = map.points();
+/// The function of a component, whose sign is a direction: its magnitude attenuates. The function
+/// has a point at 0.
+TransferFunction by_magnitude(const TransferFunction& function) {
+  std::vector<TransferPoint> points = function.points();
   for (TransferPoint& point : points) point.attenuation = std::abs(point.value);
-  return TransferFunction(std::move(points));
+  return TransferFunction(std::move(points), function.has_color());
+}
+
+/// The magnitude of a component that has values on both sides of 0, or below it.
+std::shared_ptr<const TransferFunction> magnitude_of(const Field& component) {
+  const glm::dvec2 stored = stored_range(component);
+  if (stored.x >= 0) return nullptr;
+  std::vector<TransferPoint> points = {{stored.x}, {0}};
+  if (stored.y > 0) points.push_back({stored.y});
+  return std::make_shared<const TransferFunction>(
+      by_magnitude(TransferFunction(std::move(points), false)));
 }
 
 }  // namespace
@@ -69,7 +79,8 @@ std::shared_ptr<const TransferFunction> density_function(const Scene& scene, con
     if (density.of_vectors && scene.colormap && !scene.opacity) function = by_magnitude(function);
     return std::make_shared<const TransferFunction>(std::move(function));
   }
-  if (scene.transfer_function.empty()) return nullptr;
+  if (scene.transfer_function.empty())
+    return density.of_vectors && scene.attenuates() ? magnitude_of(density) : nullptr;
   auto function =
       std::make_shared<const TransferFunction>(read_transfer_function(scene.transfer_function));
   if (function->has_color() && !(scene.luminance_grid.empty() && scene.temperature_grid.empty()))

@@ -90,6 +90,15 @@ void set_gradient_function(const Scene& scene, const std::shared_ptr<const Field
   medium.gradient = gradient;
 }
 
+/// What tells a maximum from 0, and a fall from a plateau: more than the rounding of interpolated
+/// float32, which goes with the greatest values around, and too little of the range to be seen.
+double least_value(const Scene& scene, const Field& density) {
+  const glm::dvec2 stored = stored_range(density);
+  const double rounding = 4e-6 * std::max(-stored.x, stored.y);
+  const auto range = resolved_range(scene, density);
+  return range ? std::min(rounding, (range->y - range->x) / 16384) : rounding;
+}
+
 /// Sets the meaning of the density's values: a surface, attenuations, or arguments of a function.
 void set_density(const Scene& scene, const std::shared_ptr<const Field>& density,
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
@@ -103,6 +112,7 @@ void set_density(const Scene& scene, const std::shared_ptr<const Field>& density
   } else {
     medium.transfer = function;
   }
+  if (scene.shows(Shows::value)) medium.least_value = least_value(scene, *density);
   medium.extinction = scene.extinction.value_or(1);
   if (!scene.extinction && scene.attenuates())
     medium.extinction = auto_extinction(*medium.density, medium.transfer.get());

@@ -221,10 +221,16 @@ void add_grid(const Field& field, const Weight& weight, Subject& subject,
 
 void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Subject& subject) {
   const Field& field = *medium.density;
-  if (info(mode).shows == Shows::surface)
+  if (info(mode).shows == Shows::surface) {
+    const double isovalue = medium.isovalue;  // what it encloses is on its side away from 0
     return add_grid(
-        field, [&](const float* value) { return double(*value) >= medium.isovalue ? 1.0 : 0.0; },
+        field,
+        [&](const float* value) {
+          const auto v = double(*value);
+          return (isovalue < 0 ? v <= isovalue : v >= isovalue) ? 1.0 : 0.0;
+        },
         subject);
+  }
   if (!medium.transfer) return add_grid(field, ValueWeight(), subject, known);
   const FunctionTable table(*medium.transfer, field);
   add_grid(

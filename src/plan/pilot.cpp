@@ -161,7 +161,9 @@ View with_method(View view, const Method& method) {
 Method exact_method(const View& view) {
   // with a gradient the attenuation along a cell is not a cubic
   if (view.medium.gradient) return {.integrator = Integrator::psi_exact, .segments = 32};
-  if (!view.scene.composites()) return {.integrator = Integrator::psi_weighted, .segments = 1};
+  // a depth alone is Simpson's rule in a segment, unless the function has knots in it
+  if (!view.scene.composites() && !(view.scene.attenuates() && view.medium.transfer))
+    return {.integrator = Integrator::psi_weighted, .segments = 1};
   return {.integrator = Integrator::cell_exact, .segments = 1};
 }
 

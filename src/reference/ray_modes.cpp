@@ -39,15 +39,15 @@ class DensityWalk {
 /// The first greatest value along the ray; under LMIP, the first local maximum of at least a
 /// threshold.
 struct Maximum {
-  std::optional<double> threshold;
+  double fall;  ///< that ends a maximum: what rounding makes of a plateau or of a face does not
+  std::optional<double> threshold{};
   double value = -infinity;
   double s = 0;
   bool done = false;
 
-  /// A fall within the rounding of a plateau or of a face does not end a maximum.
   void see(double v, double at) {
     if (done) return;
-    if (threshold && value >= *threshold && v < value - 1e-12 * std::abs(value)) done = true;
+    if (threshold && value >= *threshold && v < value - fall) done = true;
     if (done || v <= value) return;
     value = v;
     s = at;
@@ -164,7 +164,7 @@ RayPicture RayModes::depth(const WorldRay& ray) {
 
 RayPicture RayModes::maximum(const WorldRay& ray) {
   const Medium& medium = view_->medium;
-  Maximum greatest;
+  Maximum greatest{.fall = medium.least_value};
   if (view_->scene.mode == Mode::lmip) greatest.threshold = view_->scene.lmip_threshold;
   double size = 0;
   DensityWalk walk(*medium_, *cache_, ray, part_);
@@ -178,8 +178,8 @@ RayPicture RayModes::maximum(const WorldRay& ray) {
   RayPicture result;
   result.cells = walk.cells;
   if (!(greatest.value > -infinity)) return result;
-  const double attenuation =
-      medium.transfer ? medium.transfer->at(greatest.value).attenuation : greatest.value;
+  const double value = std::abs(greatest.value) < medium.least_value ? 0 : greatest.value;
+  const double attenuation = medium.transfer ? medium.transfer->at(value).attenuation : value;
   if (!(attenuation > 0)) return result;
   result.radiance = shown(medium, greatest.value);
   result.opacity = 1;
