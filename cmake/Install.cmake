@@ -28,6 +28,8 @@ write_basic_package_version_file(psivoxConfigVersion.cmake COMPATIBILITY SameMin
 install(FILES "${PROJECT_BINARY_DIR}/psivoxConfig.cmake"
   "${PROJECT_BINARY_DIR}/psivoxConfigVersion.cmake"
   DESTINATION "${package_dir}" COMPONENT dev)
+file(RELATIVE_PATH PSIVOX_PREFIX_FROM_PC "${CMAKE_INSTALL_FULL_LIBDIR}/pkgconfig"
+  "${CMAKE_INSTALL_PREFIX}")
 configure_file(cmake/psivox.pc.in psivox.pc @ONLY)
 install(FILES "${PROJECT_BINARY_DIR}/psivox.pc"
   DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT dev)

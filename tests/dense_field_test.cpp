@@ -142,6 +142,23 @@ TEST(Dense, ValuesAreCheckedForTheirRole) {
   EXPECT_TRUE(has(input_error([&] { file.read("smoke"); }), "'density'"));
 }
 
+TEST(Dense, SlabsAreThoseOfTheShape) {
+  const glm::dmat4 place(1);
+  for (const glm::ivec3 shape : {glm::ivec3(0, 8, 8), {8, -1, 8}})
+    EXPECT_TRUE(has(input_error([&] { DenseField("d", shape, 1, place); }), "at least one voxel"));
+  EXPECT_TRUE(has(input_error([&] { DenseField("d", {8, 8, 8}, 2, place); }), "1 or 3 channels"));
+  const std::vector<float> values(12 * 8 * 8, 1.0f);
+  const std::span<const float> all(values), first = all.first(8 * 64), rest = all.first(4 * 64);
+  DenseField field("d", {12, 8, 8}, 1, place);
+  for (const auto wrong : {all, rest})
+    EXPECT_TRUE(has(input_error([&] { field.add(wrong); }), "12 planes"));
+  field.add(first);
+  EXPECT_TRUE(has(input_error([&] { field.finish(); }), "12 planes"));
+  field.add(rest);
+  EXPECT_TRUE(has(input_error([&] { field.add(rest); }), "12 planes"));
+  EXPECT_EQ(field.finish().active_voxels, values.size());
+}
+
 TEST(Dense, GridsOfFilesAreGathered) {
   const auto one = std::make_shared<VdbFile>(dense_field({16, 16, 16}, 1));
   const auto three = std::make_shared<VdbFile>(dense_field({16, 16, 16}, 3));

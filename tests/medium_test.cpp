@@ -154,6 +154,7 @@ TEST(MakeView, FindsWhereLuminanceComesFrom) {
   EXPECT_EQ(make_view(scene, density, vector).medium.source, LuminanceSource::vector);
 
   EXPECT_NE(input_error([&] { make_view(scene, vector, nullptr); }), "no error");
+  EXPECT_NE(input_error([&] { make_view(scene, nullptr, nullptr); }), "no error");
 }
 
 }  // namespace

@@ -191,7 +191,7 @@ class DenseField {
              const glm::dmat4& world_from_index);
 
   /// Takes the next 8 planes of x, or what is left of them; z is fastest and channels are
-  /// interleaved. It copies the values. Throws Error(memory).
+  /// interleaved. It copies the values. Throws Error(memory); Error(input) for another number.
   void add(std::span<const float> slab);
 
   /// The same for slabs of any strides: the next 8 planes of an axis, which is the same for all
@@ -204,7 +204,7 @@ class DenseField {
   void hold(const ArrayValues& array, std::shared_ptr<const void> owner);
 
   /// The field, after all values. NaN, Inf and negative values are in it as they were given; a
-  /// VdbFile replaces them as those of a file.
+  /// VdbFile replaces them as those of a file. Throws Error(input) if planes are missing.
   Field finish();
 
  private:
@@ -215,8 +215,11 @@ class DenseField {
   glm::ivec3 size_of_block(const glm::ivec3& origin) const;
   /// Adds the next planes of an axis, whose first voxel is the array's first.
   void add(const ArrayValues& slab, int axis, bool in_place);
+  /// Throws Error(input) unless the slabs fit.
+  void check_planes(int axis, bool fit) const;
 
   glm::ivec3 shape_;
+  int axis_ = 0;  ///< of the slabs
   int next_plane_ = 0;
   Field field_;
   std::vector<std::shared_ptr<const void>> storage_;

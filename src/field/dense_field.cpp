@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
+#include <glm/vector_relational.hpp>
 #include <limits>
 
 #include "base/memory.h"
@@ -34,6 +35,12 @@ struct DenseField::Block {
 DenseField::DenseField(const std::string& name, const glm::ivec3& shape, int channels,
                        const glm::dmat4& world_from_index)
     : shape_(shape) {
+  if (glm::any(glm::lessThan(shape, glm::ivec3(1))) || (channels != 1 && channels != 3))
+    throw Error(ExitCode::input,
+                "grid " + in_quotes(name) +
+                    formatted(" of %dx%dx%d voxels and %d channels: expected at least one voxel, "
+                              "and 1 or 3 channels",
+                              shape.x, shape.y, shape.z, channels));
   if (!has_volume(world_from_index))
     throw Error(ExitCode::input, "grid " + in_quotes(name) +
                                      " has a transform that is singular, not finite or beyond "
@@ -77,6 +84,8 @@ void DenseField::copy(const LeafValues& values, const glm::ivec3& origin, float*
 }
 
 void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
+  check_planes(axis, next_plane_ < shape_[axis]);
+  axis_ = axis;
   const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
   const int rows = (shape_[u] + 7) / 8, columns = (shape_[v] + 7) / 8;
   std::vector<Block> blocks(std::size_t(rows) * std::size_t(columns));
@@ -129,6 +138,7 @@ void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
 
 void DenseField::add(std::span<const float> slab) {
   const std::ptrdiff_t z = field_.channels, y = shape_.z * z, x = shape_.y * y;
+  check_planes(0, std::ptrdiff_t(slab.size()) == std::min(leaf_width, shape_.x - next_plane_) * x);
   add({slab.data(), {x, y, z, 1}}, 0);
 }
 
@@ -139,7 +149,16 @@ void DenseField::hold(const ArrayValues& array, std::shared_ptr<const void> owne
     add(slab, 0, true);
 }
 
+void DenseField::check_planes(int axis, bool fit) const {
+  if (fit) return;
+  throw Error(ExitCode::input,
+              "grid " + in_quotes(field_.name) +
+                  formatted(" of %dx%dx%d voxels: the slabs are not its %d planes, 8 at a time",
+                            shape_.x, shape_.y, shape_.z, shape_[axis]));
+}
+
 Field DenseField::finish() {
+  check_planes(axis_, next_plane_ >= shape_[axis_]);
   const auto in_order = [](const auto& a, const auto& b) {
     return tree_order(a.origin) < tree_order(b.origin);
   };

@@ -51,8 +51,8 @@ class Readback {
   Film& film_;
   const RenderOptions& options_;
   int samples_;  ///< of a pixel
-  double all_pixels_;
-  std::uint64_t pixels_done_ = 0, stuck_ = 0;
+  double all_rays_;
+  std::uint64_t rays_done_ = 0, stuck_ = 0;
   std::optional<Exposure> waiting_;
   std::vector<glm::vec4> picture_, layers_;
   std::vector<PixelSums> sums_;  ///< of the tile, where a pixel has several samples and layers
@@ -60,7 +60,10 @@ class Readback {
 };
 
 Readback::Readback(Film& film, const View& view, const RenderOptions& options, double drawn)
-    : film_(film), options_(options), samples_(view.scene.pixel_samples), all_pixels_(drawn) {}
+    : film_(film),
+      options_(options),
+      samples_(view.scene.pixel_samples),
+      all_rays_(drawn * samples_) {}
 
 void Readback::read(const TileTarget& target, const Exposure& tile) {
   waiting_ = tile;
@@ -89,14 +92,14 @@ void Readback::develop() {
   const Exposure tile = *waiting_;
   waiting_.reset();
   add(tile);
-  if (tile.sample + 1 < samples_) return;
-  pixels_done_ += tile.pixels();
-  if (options_.tile) options_.tile({tile.x, tile.y, tile.width, tile.height, film_.picture()});
+  rays_done_ += tile.pixels();
+  if (options_.tile && tile.sample + 1 == samples_)
+    options_.tile({tile.x, tile.y, tile.width, tile.height, film_.picture()});
   report();
 }
 
 void Readback::report() const {
-  if (options_.progress) options_.progress(double(pixels_done_) / all_pixels_);
+  if (options_.progress) options_.progress(double(rays_done_) / all_rays_);
 }
 
 void Readback::add_missed(const PixelBox& pixels, const RayTexels& ray) {

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,13 @@ Comparison compare_images(const Image& a, const Image& b) {
     }
   }
   ErrorSum all;
+  if (result.not_finite == pixels) {  // nothing is known
+    constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+    result.rms = result.max = unknown;
+    result.channel_rms.fill(unknown);
+    result.channel_mean.fill(unknown);
+    return result;
+  }
   for (std::size_t c = 0; c < 4; ++c) {
     all += channels[c];
     result.channel_rms[c] = channels[c].rms();

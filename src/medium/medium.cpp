@@ -237,7 +237,7 @@ View make_view(const Scene& scene, const VdbFile& file) {
 
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance) {
-  if (!luminance && !scene.luminance_grid.empty() && scene.composites()) {
+  if (density && !luminance && !scene.luminance_grid.empty() && scene.composites()) {
     if (scene.luminance_grid != density->name)
       throw Error(ExitCode::usage, "--luminance-grid " + in_quotes(scene.luminance_grid) +
                                        ": no such field at hand");
@@ -259,6 +259,7 @@ double early_termination(const View& view) {
 }
 
 View make_view(const Scene& unnamed, const MediumFields& all_fields) {
+  if (!all_fields.density) throw Error(ExitCode::input, "there is no field of the density");
   check_density(*all_fields.density);
   MediumFields fields = used_fields(unnamed, all_fields);
   const Scene scene = with_names(unnamed, fields);

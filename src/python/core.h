@@ -37,8 +37,16 @@ class Working {
   static void check_open() {
     if (ends_) throw Error(ExitCode::failure, "Python ends");
   }
+  /// Stops a thread for ever whose call failed because Python ends in another one: it would print
+  /// an error that nobody asked for. Python does the same with threads that ask for the GIL.
+  static void stop_if_ended() {
+    if (!ends_ || std::this_thread::get_id() == ender_) return;
+    const py::gil_scoped_release others;
+    for (;;) std::this_thread::sleep_for(std::chrono::hours(1));
+  }
   /// Lets every call end, and refuses others. Call it with the GIL, with which calls begin.
   static void end() {
+    ender_ = std::this_thread::get_id();
     ends_ = true;
     const py::gil_scoped_release others;
     while (calls_ > 0) std::this_thread::sleep_for(std::chrono::milliseconds(1));
@@ -46,6 +54,7 @@ class Working {
 
  private:
   static inline std::atomic<bool> ends_ = false;
+  static inline std::thread::id ender_;  // of ends_
   static inline std::atomic<int> calls_ = 0;
 };
 
@@ -76,6 +85,7 @@ auto run(Work&& work) {
   } catch (Stop& stop) {
     throw py::error_already_set(std::move(stop.exception));
   } catch (const Error&) {
+    Working::stop_if_ended();
     throw;
   } catch (const std::bad_alloc&) {
     throw Error(ExitCode::memory, "out of memory; try a smaller --resolution, or --texel float16");

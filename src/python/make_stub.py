@@ -8,7 +8,7 @@ TYPES = {"text": "Path", "flag": "bool", "int": "int", "size": "Union[int, str]"
          "float": "Union[float, str]", "pixels": "Union[str, Sequence[int]]", "choice": "str",
          "opacity": "Union[str, Sequence[Sequence[float]]]", "plane": "Numbers",
          "numbers": "Numbers", "grey": "Union[float, Numbers]",
-         "lights": "Union[Numbers, Sequence[Numbers]]", "texts": "Union[str, Sequence[str]]"}
+         "lights": "Union[Numbers, Sequence[Numbers]]", "texts": "Union[Path, Sequence[Path]]"}
 
 
 def main(package, template):

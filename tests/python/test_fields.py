@@ -178,6 +178,16 @@ def test_vectors(cloud):
     assert np.array_equal(x, picture(cloud, **mapped))
 
 
+def test_odd_names(cloud, blobs, refused):
+    file = psivox.open(blobs)
+    assert "density" in file and "\udcff" not in file
+    assert psivox.render(file["temperature"], grid=None,
+                         resolution=(8, 8)).scene["grid"] == "temperature"
+    refused(3, lambda: file["\udcff"])
+    refused(2, psivox.field, cloud, name="\udcff")
+    refused(2, psivox.render, {"\udcff": cloud})
+
+
 def test_grids_by_name(cloud, blobs):
     alone = picture(cloud, look="plain")
     both = {"density": cloud, "glow": 2 * cloud}

@@ -1,8 +1,11 @@
 """Pictures: the command line's, their layers, files and measurements."""
 
 import ast
+import copy
 import inspect
+import pickle
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -239,11 +242,31 @@ def test_wrong_keywords(blobs, refused):
     for name, value in [("aov", 3), ("check_error", -1), ("check_error", "x"), ("time_budget", 0),
                         ("time_budget", float("nan")), ("scene", 3), ("scene", {"fov": object()})]:
         refused(2, psivox.render, blobs, **{name: value})
+    for name, value in [("volumes", [np.zeros((9, 9))]), ("tolerance", 1e-3)]:
+        assert len(refused(2, psivox.render, blobs, time_budget=9, **{name: value})) < 80
+    with psivox.Session(blobs, resolution=SMALL, tolerance=1e-3) as session:
+        assert session.render(time_budget=1e6).estimate  # in place of the session's tolerance
+        refused(2, session.render, time_budget=9, tolerance=1e-3)
     refused(2, psivox.show, blobs, page_limit="x")
     refused(2, psivox.study, blobs, repeats=0)
     assert "mean aov" not in refused(2, psivox.study, blobs, aov="depth")
     scene = {"azimuth": np.float32(30), "camera-target": np.zeros(3)}
     assert psivox.render(blobs, resolution=SMALL, aov=None, scene=scene).layers == []
+
+
+def test_a_picture_stays_itself(blobs, refused):
+    image = psivox.render(blobs, resolution=SMALL, light=(0, -1, 0, "orange"))
+    assert image.scene["light"][3:] == [1, pytest.approx(0.376, abs=1e-3), 0]  # one light
+    assert copy.copy(image) is image and copy.deepcopy({"a": image})["a"] is image
+    for kept in image, psivox.open(blobs)["density"]:
+        with pytest.raises(TypeError, match="numpy.asarray"):
+            pickle.dumps(kept)
+    refused(2, psivox.render, image)  # no volume
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")  # the scene's tolerance is none of the reference's
+        psivox.reference(blobs, scene={**image.scene, "camera_position": (0, 0, 9)})
+    nothing = psivox.compare(image, np.full(image.shape, np.nan))
+    assert np.isnan([nothing.rms, nothing.max]).all() and nothing.not_finite == 32 * 48
 
 
 def test_other_errors(blobs, refused, tmp_path):

@@ -14,13 +14,18 @@ __all__ = ["Field", "File", "field", "info", "open"]
 _readers = os.path.join(os.path.dirname(os.path.abspath(__file__)), "_readers")
 
 
+def hint(name, known):
+    """"; did you mean extinction?", of the names that are known; empty if none is near."""
+    return _core.hint(str(name).encode(errors="backslashreplace"), known)
+
+
 def usage(message):
     """Raises psivox.Error with the exit code of wrong usage."""
-    _core.fail(2, message)
+    _core.fail(2, message.encode(errors="backslashreplace"))
 
 
 def _bad_input(message):
-    _core.fail(3, message)
+    _core.fail(3, message.encode(errors="backslashreplace"))
 
 
 def file_name(path):
@@ -32,6 +37,28 @@ def file_name(path):
     if b"\0" in name:
         usage(f"{path!r}: a file's name has no zero byte")
     return name
+
+
+def _is_text(name):
+    try:
+        name.encode()
+    except UnicodeEncodeError:  # surrogates
+        return False
+    return True
+
+
+def _grid_name(name):
+    if not _is_text(str(name)):
+        usage(f"{name!r}: a grid's name is text that UTF-8 can hold")
+    return str(name)
+
+
+def kept_as_it_is(kind, advice):
+    """Members of a class whose instances are never changed, and hold what no pickle can."""
+    def reduce(self, protocol=None):
+        raise TypeError(f"cannot pickle {kind}: {advice}")
+    return {"__copy__": lambda self: self, "__deepcopy__": lambda self, memo: self,
+            "__reduce_ex__": reduce}
 
 
 def whole_number(value, name, least, most=2**31 - 1):
@@ -118,6 +145,8 @@ class Field:
         values = self._file.values(self._grid)
         return values if dtype is None else values.astype(dtype)
 
+    vars().update(kept_as_it_is("a psivox.Field", "numpy.asarray(field) is an array that can be"))
+
     def __repr__(self):
         size = "x".join(map(str, self.shape[:3]))
         kind = "vectors" if self.channels == 3 else "values"
@@ -135,12 +164,12 @@ class File(collections.abc.Mapping):
         if not self._has(name):
             known = ", ".join(self._file.names)
             _bad_input(f"{self._path}: there is no grid '{name}'"
-                       f"{_core.hint(str(name), self._file.names)}; there are: {known}")
+                       f"{hint(name, self._file.names)}; there are: {known}")
         return Field(self._file, name, self._path)
 
     def _has(self, name):
         return isinstance(name, str) and (name in self._file.names or
-                                          self._file.channels(name) > 0)
+                                          _is_text(name) and self._file.channels(name) > 0)
 
     def get(self, name, default=None):
         """The grid of that name, or `default`."""
@@ -150,7 +179,7 @@ class File(collections.abc.Mapping):
         return iter(self._file.names)
 
     def __contains__(self, name):
-        return name in self._file.names
+        return self._has(name)
 
     def __len__(self):
         return len(self._file.names)
@@ -235,15 +264,16 @@ def field(array, voxel_size=1.0, origin=(0.0, 0.0, 0.0), name="density", copy=Fa
         _bad_input(f"an array of shape {values.shape} has no voxel")
     if max(values.shape[:3]) > 2**30:
         _bad_input(f"an array of shape {values.shape} is too long")
-    grid = _core.DenseField(str(name), list(values.shape[:3]), 3 if vectors else 1,
+    name = _grid_name(name)
+    grid = _core.DenseField(name, list(values.shape[:3]), 3 if vectors else 1,
                             _rows(voxel_size, origin, transform))
     if not copy and values.dtype == np.float32 and values.flags.aligned:
         grid.hold(values)
-        return Field(grid.finish(), str(name))
+        return Field(grid.finish(), name)
     with np.errstate(over="ignore", invalid="ignore"):  # too large for float32: Inf, reported
         for x in range(0, values.shape[0], 8):
             grid.add(np.ascontiguousarray(values[x:x + 8], dtype=np.float32))
-    return Field(grid.finish(), str(name))
+    return Field(grid.finish(), name)
 
 
 class Source:
@@ -251,6 +281,8 @@ class Source:
 
     def __init__(self, source):
         self.path, self.grid = "", None
+        if isinstance(source, _core.Image):
+            usage("a picture is no volume: give its file, grid or array")
         if isinstance(source, (str, bytes, os.PathLike)):
             self.file = _open_file(source)
             self.path = os.fsdecode(source)
@@ -259,11 +291,17 @@ class Source:
         elif isinstance(source, collections.abc.Mapping):
             if not source:
                 usage("no grid: the dict is empty")
-            fields = {str(name): as_field(value, str(name)) for name, value in source.items()}
+            fields = {_grid_name(name): as_field(value, str(name)) for name, value in source.items()}
             self.file = _core.gather([(name, one._file, one._grid) for name, one in fields.items()])
         else:
             one = as_field(source)
             self.path, self.file, self.grid = one._path, one._file, one._grid
+
+    def scene_of(self, keywords):
+        """The keywords, with the grid unless they give one."""
+        if self.grid is None or keywords.get("grid") is not None:
+            return keywords
+        return {**keywords, "grid": self.grid}
 
 
 def as_field(value, name="density"):

@@ -1,5 +1,6 @@
 """Pictures: drawing, measuring and comparing them."""
 
+import collections.abc
 import csv
 import html
 import json
@@ -11,7 +12,8 @@ import warnings
 import numpy as np
 
 from . import _core
-from .grids import Source, file_name, positive_number, usage, whole_number
+from .grids import (Source, file_name, hint, kept_as_it_is, positive_number, usage,
+                    whole_number)
 from .scene import documented, words_of
 
 __all__ = ["Comparison", "Image", "Page", "Session", "compare", "devices", "reference", "render",
@@ -57,7 +59,7 @@ class Image:
         if name in _core.layer_names:
             usage(f"the picture has no layer '{name}': draw it with aov=['{name}']")
         usage(f"no layer '{name}'"
-              f"{_core.hint(str(name), ['R', 'G', 'B', 'A', *_core.layer_names])}")
+              f"{hint(name, ['R', 'G', 'B', 'A', *_core.layer_names])}")
 
     @property
     def shape(self):
@@ -96,6 +98,8 @@ class Image:
             self._write(path, False, None)
             with open(path, "rb") as file:
                 return file.read()
+
+    vars().update(kept_as_it_is("a psivox.Image", "numpy.asarray(image) is an array that can be"))
 
     def __repr__(self):
         layers = ", ".join(["RGBA", *self.layers])
@@ -141,8 +145,13 @@ def _layers(aov):
     names = list(aov) if np.iterable(aov) and not isinstance(aov, str) else [aov]
     for name in names:
         if name not in _core.layer_names:
-            usage(f"aov: unknown layer '{name}'{_core.hint(str(name), _core.layer_names)}")
+            usage(f"aov: unknown layer '{name}'{hint(name, _core.layer_names)}")
     return names
+
+
+def _check_budget(time_budget, scene):
+    if time_budget is not None and scene.get("tolerance") is not None:
+        usage("time_budget and tolerance exclude each other")
 
 
 class Session:
@@ -160,9 +169,7 @@ class Session:
     def __init__(self, source, *, scene=None, camera=None, **keywords):
         """Opens a source; see psivox.render for it and for the keywords."""
         opened = Source(source)
-        if opened.grid is not None and "grid" not in keywords:
-            keywords["grid"] = opened.grid
-        words = words_of(keywords, (*_picture_names, "scene"), scene, camera)
+        words = words_of(opened.scene_of(keywords), (*_picture_names, "scene"), scene, camera)
         words.settings = [("input", os.fsencode(opened.path)), *words.settings]
         self._source = source
         self._drawing = _core.Drawing(opened.file, words)
@@ -170,10 +177,11 @@ class Session:
     def render(self, *, aov=(), time_budget=None, check_error=0, progress=None, camera=None,
                **scene):
         """Draws the session's scene with these keywords in place of its own; see psivox.render."""
+        _check_budget(time_budget, scene)
         words = words_of(scene, _picture_names, None, camera)
         return self._draw(words, aov, time_budget, check_error, progress)
 
-    def _draw(self, words, aov, time_budget, check_error, progress, page=None):
+    def _draw(self, words, aov, time_budget, check_error, progress, page=None, depth=3):
         if time_budget is not None:
             time_budget = positive_number(time_budget, "time_budget")
         check_error = whole_number(check_error, "check_error", 0)
@@ -184,7 +192,7 @@ class Session:
         finally:
             bar.close()
         for notice in image.notices:
-            warnings.warn(notice, stacklevel=3)  # where `render` was called
+            warnings.warn(notice, stacklevel=depth)  # where `render` was called
         image._source = self._source
         return image
 
@@ -218,8 +226,13 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
 
     Returns an Image. Ctrl-C ends the work. Raises psivox.Error.
     """
+    return _render(source, aov, time_budget, check_error, progress, scene, camera, keywords)
+
+
+def _render(source, aov, time_budget, check_error, progress, scene, camera, keywords):
+    _check_budget(time_budget, keywords)
     with Session(source, scene=scene, camera=camera, **keywords) as session:
-        return session._draw(words_of({}), aov, time_budget, check_error, progress)
+        return session._draw(words_of({}), aov, time_budget, check_error, progress, depth=4)
 
 
 def _page_name(path):
@@ -262,10 +275,13 @@ def show(source, *, credit="", page_limit=32, progress=None, scene=None, camera=
         return Page(session._draw(words_of({}), (), None, 0, progress, page))
 
 
-def reference(source, **keywords):
+def reference(source, *, aov=(), progress=None, scene=None, camera=None, **keywords):
     """Draws with the reference: another algorithm, in double precision on the CPU. Takes the
-    keywords of `psivox.render`."""
-    return render(source, renderer="reference", **keywords)
+    keywords of `psivox.render`; a scene's tolerance and renderer do not matter."""
+    if isinstance(scene, collections.abc.Mapping):
+        scene = {name: value for name, value in scene.items() if name != "tolerance"}
+    return _render(source, aov, None, 0, progress, scene, camera,
+                   {**keywords, "renderer": "reference"})
 
 
 class Comparison(typing.NamedTuple):
@@ -320,15 +336,14 @@ def study(source, folder=None, *, add=None, repeats=3, split=True, resume=False,
     pandas.DataFrame.
     """
     names = _core.sweep_lists()
+    keywords = {name: value for name, value in keywords.items() if value is not None}
     lists = {name: ",".join(_item(item) for item in _list(keywords.pop(name)))
              for name in names if name in keywords}
     for name in _core.swept_parameters():
         if name.replace("-", "_") in keywords:
             usage(f"a study varies {name} itself")
     opened = Source(source)
-    if opened.grid is not None:
-        keywords.setdefault("grid", opened.grid)
-    words = words_of(keywords, (*_study_names, *names), scene, camera)
+    words = words_of(opened.scene_of(keywords), (*_study_names, *names), scene, camera)
     words.settings = [("input", os.fsencode(opened.path)), *words.settings]
     repeats = whole_number(repeats, "repeats", 1, 1000)
     bar = _Progress(progress)
@@ -371,5 +386,6 @@ def devices():
 
 documented(render)
 documented(show)
+documented(reference)
 documented(Session.render)
 documented(Session.__init__)

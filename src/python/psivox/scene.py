@@ -9,7 +9,7 @@ import textwrap
 import numpy as np
 
 from . import _core
-from .grids import file_name, usage
+from .grids import file_name, hint, usage
 
 __all__ = ["parameters"]
 
@@ -48,9 +48,16 @@ def _text(name, value, kind=""):
                                                                     collections.abc.Iterable):
         usage(f"{name}: expected text, a number or numbers, not {type(value).__name__}")
     items = _items(value)
+    if kind == "texts":
+        wrong = next((item for item in items if not isinstance(item, (str, os.PathLike))), None)
+        if wrong is not None:
+            usage(f"{name}: expected text, not {type(wrong).__name__}")
+        return ";".join(os.fspath(item) for item in items)
     if kind == "opacity":
         return ",".join(":".join(_text(name, part) for part in _items(item)) for item in items)
-    if kind == "texts" or kind == "lights" and not all(_number(item) is not None for item in items):
+    if kind == "lights" and not items:
+        return "none"
+    if kind == "lights" and _number(items[0]) is None:  # else one light
         return ";".join(_text(name, item) for item in items)
     return ("x" if kind == "pixels" else ",").join(_text(name, item) for item in items)
 
@@ -69,14 +76,15 @@ def words_of(scene, others=(), base=None, camera=None):
         row = _rows.get(name)
         if row is None:
             known = [other for other in (*_rows, *others) if other != name]
-            usage(f"unknown keyword '{name}'{_core.hint(name, known)}")
+            usage(f"unknown keyword '{name}'{hint(name, known)}")
         if value is not None:
             settings.append((row["name"], os.fsencode(_text(name, value, row["kind"]))))
     words.settings = settings
     if camera is not None:
         words.camera = file_name(camera)
     if isinstance(base, collections.abc.Mapping):
-        words.base = json.dumps(dict(base), default=_plain)
+        words.base = json.dumps({str(name).replace("_", "-"): value for name, value in base.items()},
+                                default=_plain)
     elif base is not None:
         words.base_file = file_name(base)
     return words
