@@ -159,7 +159,7 @@ TEST_F(MarchLimits, TheShortestStepMovesEveryRay) {
   const double least = glm::length(size) / (1 << 24);
   const auto refusal = [&](double step) {
     return usage_error(
-        [&] { check_step(view_of(with(scene, Integrator::midpoint, step), field)); });
+        [&] { check_sampling(view_of(with(scene, Integrator::midpoint, step), field)); });
   };
   EXPECT_NE(refusal(0.99 * least).find("too short for the float32 numbers"), std::string::npos);
   EXPECT_EQ(refusal(least), "no error");

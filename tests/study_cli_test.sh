@@ -112,6 +112,11 @@ run 0 "" "$assets/blobs.vdb" --transfer-function shells.json --luminance 1,1,1 -
 [ "$(rows shells)" = 2 ] || fail "a function of the gradient: $(rows shells) rows, expected 2"
 run 2 "did you mean --integrators?" "$assets/blobs.vdb" --integrator midpoint -o bad
 run 2 "did you mean psi-exact?" "$assets/blobs.vdb" --integrators psi-exatc -o bad
+# templates cannot follow the look's fire, which is another grid
+run 0 "" "$assets/blobs.vdb" --projection orthographic --samplings cells,template -q --repeats 1 \
+  --no-split --integrators midpoint --segments 1 --resolution 16x16 -o template
+[ "$(rows template)" = 1 ] || fail "template: $(rows template) rows, expected 1"
+grep -q '^| midpoint: template | .*none may emit' template/results.md || fail "no reason for the template"
 run 2 "parallel rays" "$assets/blobs.vdb" --samplings template -o bad -q
 run 2 "--output is required" "$assets/blobs.vdb"
 run 2 "IN.vdb" -o bad

@@ -77,7 +77,7 @@ View Session::Impl::viewed(const Wish& wish) {
   if (!result.scene.holdout.empty()) result.holdout = holdout.of(result.scene);
   if (wish.resolution) result.scene.resolution = *wish.resolution;
   if (wish.exact) result = exact_view(result);
-  check_step(result);
+  check_sampling(result);
   return result;
 }
 

@@ -73,9 +73,10 @@ MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,
 /// More turns than any ray of the march can take. `finest_step`: under uniform [unit of t].
 double turn_bound(const MarchSetup& setup, double finest_step);
 
-/// Throws Error(usage) if the view's uniform step is so short that float32 cannot tell where one
-/// step ends and the next begins: rays would stand still.
-void check_step(const View& view);
+/// Throws Error(usage) if ray templates meet a grid of other voxels than the density's, or if the
+/// uniform step is so short that float32 cannot tell where one step ends and the next begins: rays
+/// would stand still.
+void check_sampling(const View& view);
 
 /// Largest value that an atlas holds, and 0.
 double greatest_value(const BrickAtlas& atlas);

@@ -226,12 +226,6 @@ void place_holdout(const View& view, double anchor_distance, MarchSetup& setup) 
 }
 
 void place_template(const View& view, MarchSetup& setup) {
-  const Medium& medium = view.medium;
-  if (!medium.emission.empty() ||
-      (medium.luminance && medium.luminance->world_from_index != medium.density->world_from_index))
-    throw Error(ExitCode::usage,
-                "--sampling template reads the density's voxels; another grid must have the same "
-                "transform, and none may emit; use --sampling uniform");
   MarchParameters& p = setup.parameters;
   const glm::ivec3 size = p.density.domain_max - p.density.domain_min;
   // a few more than there are

@@ -71,8 +71,16 @@ double turn_bound(const MarchSetup& setup, double finest_step) {
   return cells + longest_ray(p) / finest_step + 2;
 }
 
-void check_step(const View& view) {
-  const Field& density = *view.medium.density;
+void check_sampling(const View& view) {
+  const Medium& medium = view.medium;
+  const Field& density = *medium.density;
+  const bool others =
+      !medium.emission.empty() ||
+      (medium.luminance && medium.luminance->world_from_index != density.world_from_index);
+  if (view.scene.resolved_sampling() == Sampling::template_ && others)
+    throw Error(ExitCode::usage,
+                "--sampling template reads the density's voxels; another grid must have the same "
+                "transform, and none may emit; use --sampling uniform");
   if (view.scene.resolved_sampling() != Sampling::uniform || density.active_box.empty()) return;
   const Box domain = density.domain();
   // A ray's times are up to about this far from 0, which is beside the domain's middle or at the

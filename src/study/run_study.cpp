@@ -14,6 +14,7 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "psivox/vdb.h"
 #include "study/page.h"
 #include "study/report.h"
 #include "study/results.h"
@@ -74,7 +75,8 @@ std::string values_hash(const Field& field) {
 
 /// The results of a study that begins here: psivox, the machine and the input, without points.
 StudyResults new_results(const View& view, const std::string& renderer, int repeats) {
-  const std::string& file = view.scene.input;
+  const std::string& input = view.scene.input;
+  const fs::path file = input.empty() ? fs::path() : frame_of_file(input).file;
   StudyResults results;
   results.version = PSIVOX_VERSION;
   results.git = git_hash();
@@ -82,8 +84,9 @@ StudyResults new_results(const View& view, const std::string& renderer, int repe
   results.system = system_name();
   results.threads = int(std::thread::hardware_concurrency());
   results.renderer = renderer;
-  results.input = file.empty() ? "grids in memory" : file;
-  results.input_hash = file.empty() ? values_hash(*view.medium.density) : file_hash(file);
+  results.input = input.empty() ? "grids in memory" : input;
+  results.input_hash =
+      fs::is_regular_file(file) ? file_hash(file) : values_hash(*view.medium.density);
   results.scene = to_json(view.scene);
   results.repeats = repeats;
   return results;
@@ -168,9 +171,11 @@ class StudyRun {
   /// Removes from the plan the variants that the volume refuses: of a texel type that cannot hold
   /// its values, or of a step too short to cross it.
   void check_volume() {
-    std::map<std::pair<TexelType, double>, std::string> reasons;  // to refuse it; empty: none
+    // to refuse it; empty: none
+    std::map<std::tuple<TexelType, Sampling, double>, std::string> reasons;
     std::erase_if(plan_.variants, [&](const Variant& variant) {
-      const auto [reason, is_new] = reasons.try_emplace({variant.texel, variant.method.step});
+      const auto [reason, is_new] =
+          reasons.try_emplace({variant.texel, variant.method.sampling, variant.method.step});
       try {
         if (is_new) pictures_.prepare(*pictures_.gpu, variant);
       } catch (const Error& error) {

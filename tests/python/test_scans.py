@@ -167,3 +167,19 @@ def test_a_transform_is_checked(refused):
         assert "transform" in refused(2, psivox.field, values, transform=wrong)
     refused(2, psivox.field, values, voxel_size=2, transform=np.eye(4))
     refused(3, psivox.field, values, transform=np.diag([1, 1, 0, 1.0]))
+
+
+def test_a_study_of_a_frame(tmp_path):
+    header = np.zeros(352, "u1")
+    header[:4].view("<i4")[:] = 348
+    header[40:56].view("<i2")[:] = 4, 8, 8, 8, 3, 1, 1, 1
+    header[70:74].view("<i2")[:] = 16, 32  # float32
+    header[76:96].view("<f4")[:] = 1
+    header[108:112].view("<f4")[:] = 352
+    header[344:347] = list(b"n+1")
+    values = np.random.default_rng(0).random(3 * 8**3, dtype="f4")
+    path = tmp_path / "film.nii"
+    path.write_bytes(header.tobytes() + values.tobytes())
+    rows = psivox.study(f"{path}[1]", steps=1, integrators="midpoint", samplings="uniform",
+                        repeats=1, split=False, resolution=(16, 9))
+    assert len(rows) == 1
