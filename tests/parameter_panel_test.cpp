@@ -57,7 +57,7 @@ class Panel {
     ImGui::SetNextWindowSize({width, height});
     ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove);
     row_height_ = ImGui::GetFrameHeightWithSpacing();
-    edit_parameters(scene, {grids_, 1, [](const std::string&) {}});
+    edit_parameters(scene, {grids_, {}, [](const std::string&) {}});
     ImGui::End();
     ImGui::Render();
   }

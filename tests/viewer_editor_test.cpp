@@ -22,6 +22,20 @@ TEST_P(Editor, PointsOfTheTransferFunctionAreDragged) {
   hands.frames(4);
   const TransferEditor& editor = hands.viewer.transfer_editor();
   ASSERT_EQ(editor.points().size(), 3u);
+  // a point on the line changes nothing
+  const Image plain = hands.viewer.exact_picture().value();
+  hands.click(0.5 * (editor.place_of(1).value() + editor.place_of(2).value()));
+  ASSERT_TRUE(hands.until_exact());
+  ASSERT_FALSE(hands.viewer.scene().transfer_function.empty());
+  // each is within the tolerance, and the place of a pointer is rounded to a pixel
+  EXPECT_LE(compare_images(plain, hands.viewer.exact_picture().value()).rms, 4 * default_tolerance);
+  const glm::dvec2 added = editor.place_of(2).value();
+  hands.press(added, GLFW_MOUSE_BUTTON_RIGHT);
+  hands.release(added, GLFW_MOUSE_BUTTON_RIGHT);
+  hands.key(GLFW_KEY_T, GLFW_MOD_CONTROL);  // is no T
+  hands.frames(2);
+  ASSERT_TRUE(hands.viewer.panels().transfer);
+  ASSERT_EQ(editor.points().size(), 3u);
   const glm::dvec2 from = editor.place_of(1).value();
   hands.drag(from, from + glm::dvec2(40, -30));
   ASSERT_FALSE(hands.viewer.scene().transfer_function.empty());

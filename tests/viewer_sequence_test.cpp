@@ -114,6 +114,13 @@ TEST(ViewerSequence, WhatAutoChoosesIsChosenOnceAndABadFrameIsPassed) {
   EXPECT_EQ(constant_part(hands.viewer.scene()), constant);
 }
 
+TEST(ViewerSequence, OpensThoughItsLastFrameIsUnreadable) {
+  const Frames frames("psivox_bad_end", {"blobs.vdb", "slab.vdb", "shells.json"});
+  Hands hands(open_look(frames.path("f_#.vdb")));
+  ASSERT_TRUE(shows(hands, frames.file(1)));
+  EXPECT_EQ(hands.viewer.look().text(), "auto: fire");
+}
+
 TEST(ViewerSequence, WhatAFileWasShownWithCountsForTheFilesBesideIt) {
   const Frames frames("psivox_beside", {"blobs.vdb", "ramp.vdb"});
   Hands hands(small(frames.file(1)));

@@ -115,6 +115,7 @@ void Gui::feed(const Event& event) {
         down_[button] = event.down;
         pressed_[button] |= event.down;
       }
+      set_modifiers(io, event.modifiers);
       [[fallthrough]];
     case Kind::move:
       io.MousePos = {float(event.place.x), float(event.place.y)};

@@ -33,7 +33,7 @@ ParameterChoices choices_of(Viewer& viewer) {
   choices.refuse = [&viewer](const std::string& why) { viewer.messages().error(why); };
   if (const Volume* volume = viewer.volume()) {
     choices.grids = volume->grids;
-    choices.extinction = volume->extinction;
+    choices.resolved = with_default_tolerance(volume->resolved);
   }
   return choices;
 }

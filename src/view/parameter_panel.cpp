@@ -80,9 +80,13 @@ bool close_open(const Parameter& p, std::string& text, double start) {
   return pressed;
 }
 
-double start_of(const Parameter& p, const ParameterChoices& choices) {
-  if (p.name == "extinction") return choices.extinction;
-  return p.name == "fov" ? 44.8 : 1;
+/// The number in effect where none is set, or one to begin with.
+double start_of(const Parameter& p, const Scene& resolved) {
+  if (p.name == "early-termination") return resolved.resolved_early_termination();
+  if (p.name == "fov") return horizontal_fov(resolved);
+  if (p.name == "step") return resolved.resolved_step();
+  const auto* member = std::get_if<std::optional<double> Scene::*>(&p.member);
+  return member && resolved.**member ? *(resolved.**member) : 1;
 }
 
 /// The widget for a value of type T; null: not set.
@@ -106,7 +110,8 @@ bool edit_value(const Parameter& p, const T* value, const ParameterChoices& choi
     text = std::to_string(now);
     return done;
   } else if constexpr (std::is_same_v<T, double>) {
-    return value ? drag(label, text, *value, p.range) : close_open(p, text, start_of(p, choices));
+    return value ? drag(label, text, *value, p.range)
+                 : close_open(p, text, start_of(p, choices.resolved));
   } else if constexpr (std::is_same_v<T, glm::dvec3>) {
     if (value && is_color(p)) return colour(label, text, *value, p.range);
     return type_text(label, text);

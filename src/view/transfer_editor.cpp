@@ -36,12 +36,15 @@ double greatest(const TransferPoints& points) {
   return most;
 }
 
-/// For a volume without a function: the attenuation is the value, and a colour to begin with.
+/// The function of a volume without one, which draws the same picture: the attenuation is the
+/// value, and the colour white.
 std::vector<TransferPoint> identity(const Histogram& histogram) {
-  const double middle = 0.5 * (histogram.min + histogram.max);
-  return {{histogram.min, std::max(histogram.min, 0.0), {0.1, 0.2, 0.9}},
-          {middle, std::max(middle, 0.0), {1, 0.7, 0.2}},
-          {histogram.max, std::max(histogram.max, 0.0), {1, 1, 1}}};
+  std::vector<TransferPoint> points;
+  for (const double value :
+       {histogram.min, 0.0, 0.5 * (histogram.min + histogram.max), histogram.max})
+    if (points.empty() || value > points.back().value)
+      points.push_back({value, std::max(value, 0.0)});
+  return points;
 }
 
 double three_digits(double value) { return std::strtod(formatted("%.3g", value).c_str(), nullptr); }

@@ -59,12 +59,16 @@ class Controls {
   Clock::time_point flown_{};
 };
 
+/// Whether a command's key is pressed with Ctrl.
+enum class Control { free, held, either };
+
 /// What a key does, or a drag: a row of the help in the window and in docs/preview.md.
 struct Command {
   const char* keys;
   const char* what;
   std::vector<int> codes = {};  ///< GLFW's; none: Controls has it itself
   std::function<void(Viewer&, const Event&)> act = {};
+  Control control = Control::free;
 };
 
 const std::vector<Command>& commands();

@@ -53,13 +53,12 @@ void compare_otherwise(Viewer& viewer, const Event&) {
   viewer.compare(Comparison((int(viewer.display().comparison) + 1) % 3), viewer.other());
 }
 
-void save_picture(Viewer& viewer, const Event& event) {
-  if (!with_control(event)) return;
+void save_picture(Viewer& viewer, const Event&) {
   viewer.messages().attempt([&] { viewer.save_picture(viewer.panels().picture_path); });
 }
 
-void copy_command_line(Viewer& viewer, const Event& event) {
-  if (with_control(event)) viewer.messages().attempt([&] { viewer.copy_command_line(); });
+void copy_command_line(Viewer& viewer, const Event&) {
+  viewer.messages().attempt([&] { viewer.copy_command_line(); });
 }
 
 template <bool Panels::*panel>
@@ -101,7 +100,8 @@ const std::vector<Command>& commands() {
       {"1 3 7",
        "view from the front, the right, above; with Shift or Ctrl from the other side",
        {GLFW_KEY_1, GLFW_KEY_KP_1, GLFW_KEY_3, GLFW_KEY_KP_3, GLFW_KEY_7, GLFW_KEY_KP_7},
-       look},
+       look,
+       Control::either},
       {"O",
        "orthographic or perspective",
        {GLFW_KEY_O, GLFW_KEY_KP_5},
@@ -114,8 +114,8 @@ const std::vector<Command>& commands() {
        [](Viewer& v, auto&) { v.sequence().toggle_playing(); }},
       {"Left, Right", "frame before, frame after", {GLFW_KEY_LEFT, GLFW_KEY_RIGHT}, go_on},
       {"R", "read file and shaders again", {GLFW_KEY_R}, [](Viewer& v, auto&) { v.reload(); }},
-      {"Ctrl+S", "save the picture", {GLFW_KEY_S}, save_picture},
-      {"Ctrl+C", "copy as command line", {GLFW_KEY_C}, copy_command_line},
+      {"Ctrl+S", "save the picture", {GLFW_KEY_S}, save_picture, Control::held},
+      {"Ctrl+C", "copy as command line", {GLFW_KEY_C}, copy_command_line, Control::held},
       {"Tab", "panel", {GLFW_KEY_TAB}, toggle<&Panels::scene>},
       {"? or H", "this help", {GLFW_KEY_SLASH, GLFW_KEY_H, GLFW_KEY_F1, GLFW_KEY_ESCAPE}, help},
   };
@@ -137,8 +137,10 @@ bool Controls::steer(const Event& event) {
 
 void Controls::key(const Event& event) {
   if (steer(event) || !event.down || viewer_.gui().takes_keys()) return;
+  const Control unwanted = with_control(event) ? Control::free : Control::held;
   for (const Command& command : commands())
-    if (std::ranges::count(command.codes, event.code)) return command.act(viewer_, event);
+    if (std::ranges::count(command.codes, event.code) && command.control != unwanted)
+      return command.act(viewer_, event);
 }
 
 bool Controls::double_click(const glm::dvec2& place) {

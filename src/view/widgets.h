@@ -50,7 +50,7 @@ CutEdits edit_cuts(Scene& scene, const Subject& subject, const glm::dvec3& forwa
 /// What the window has for the widgets of parameters.
 struct ParameterChoices {
   std::span<const std::string> grids;  ///< that the open file offers
-  double extinction = 1;               ///< the number that `auto` chose
+  Scene resolved = {};                 ///< with the numbers that `auto` chose
   /// Called with the reason for which a value was refused.
   std::function<void(const std::string& why)> refuse;
 };

@@ -24,6 +24,16 @@ Window& window_of(GLFWwindow* window) {
   return *static_cast<Window*>(glfwGetWindowUserPointer(window));
 }
 
+/// GLFW's modifiers by the keys that are down.
+int modifiers_of(GLFWwindow* window) {
+  const auto held = [&](int left, int right, int modifier) {
+    return glfwGetKey(window, left) || glfwGetKey(window, right) ? modifier : 0;
+  };
+  return held(GLFW_KEY_LEFT_SHIFT, GLFW_KEY_RIGHT_SHIFT, GLFW_MOD_SHIFT) |
+         held(GLFW_KEY_LEFT_CONTROL, GLFW_KEY_RIGHT_CONTROL, GLFW_MOD_CONTROL) |
+         held(GLFW_KEY_LEFT_ALT, GLFW_KEY_RIGHT_ALT, GLFW_MOD_ALT);
+}
+
 constexpr int widest = 16384;  // a larger window makes X11 end the program
 
 constexpr const char* advice =
@@ -92,8 +102,9 @@ void Window::listen() {
   glfwSetScrollCallback(window_, [](GLFWwindow* w, double x, double y) {
     window_of(w).events_.push_back({Kind::wheel, {x, y}});
   });
-  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int modifiers) {
-    window_of(w).events_.push_back({Kind::key, {}, key, action != GLFW_RELEASE, modifiers});
+  glfwSetKeyCallback(window_, [](GLFWwindow* w, int key, int, int action, int) {
+    // X11's modifiers are those before a modifier's own press or release
+    window_of(w).events_.push_back({Kind::key, {}, key, action != GLFW_RELEASE, modifiers_of(w)});
   });
   glfwSetCharCallback(window_, [](GLFWwindow* w, unsigned character) {
     window_of(w).events_.push_back({Kind::text, {}, int(character)});
