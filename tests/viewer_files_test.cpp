@@ -88,6 +88,18 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
   expect_same(shown, read_image("picture.exr"));
   ASSERT_TRUE(hands.until_exact());  // uses the saved function, which is the same
   expect_same(*hands.viewer.exact_picture(), shown);
+
+  // what was saved opens again, with its file
+  hands.viewer.save_scene("saved.json");
+  for (const char* saved : {"saved.exr", "saved.json"}) {
+    hands.drop(asset("slab.vdb"));
+    ASSERT_TRUE(hands.until([&] { return hands.viewer.input() == asset("slab.vdb"); }));
+    ASSERT_TRUE(hands.until_exact());
+    hands.drop((folder / saved).string());
+    ASSERT_TRUE(hands.until([&] { return hands.viewer.input() != asset("slab.vdb"); }));
+    ASSERT_TRUE(hands.until_exact());
+    expect_same(*hands.viewer.exact_picture(), shown);
+  }
   fs::current_path(before);
 }
 

@@ -87,7 +87,7 @@ class Viewer {
   void run();
 
   // Commands of keys, panels and drops.
-  /// A file, several, a folder or a pattern.
+  /// A file, several, a folder or a pattern; or a scene, in JSON or in a picture.
   void open(const std::vector<std::string>& inputs);
   /// The scene's resolution is ignored: it is the window's.
   void set_scene(const Scene& scene);
@@ -152,6 +152,10 @@ class Viewer {
     std::vector<std::string> inputs;
   };
 
+  void open_files(const std::vector<std::string>& inputs);
+  void open_scene(const std::string& path);
+  /// Shows what was opened by that name.
+  void start(Opened next, const std::string& name);
   void handle(const Event& event);
   /// Draws at least so many of the next frames.
   void redraw(int frames);

@@ -14,6 +14,7 @@
 #include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
+#include "psivox/picture_file.h"
 #include "scene/camera_file.h"
 #include "view/viewer.h"
 
@@ -198,20 +199,36 @@ bool Controls::fly(Clock::time_point now) {
 }
 
 void Viewer::open(const std::vector<std::string>& inputs) {
-  messages_.attempt([&] {
-    Sequence sequence = Sequence::of(inputs);
-    if (!fallback_) fallback_ = now_;
-    sequence.rate = now_.sequence.rate;
-    now_.sequence = std::move(sequence);
-    now_.inputs = inputs;
-    now_.look.start_again(now_.scene);
-    now_.scene = for_another_file(now_.scene);
-    now_.scene.input = now_.sequence.path();
-    panels_.open_path = inputs.front();
-    camera_due_ = true;
-    volume_.retry();
-    redraw(3);
-  });
+  const std::string& first = inputs.front();
+  const bool of_scene =
+      inputs.size() == 1 && (first.ends_with(".json") || has_picture_extension(first));
+  messages_.attempt([&] { of_scene ? open_scene(first) : open_files(inputs); });
+}
+
+void Viewer::open_scene(const std::string& path) {
+  Scene scene = read_scene_file(path).scene;
+  if (scene.input.empty()) scene.input = now_.scene.input;
+  Opened next{scene, LookChoice(scene), Sequence::of({scene.input}), {scene.input}};
+  next.look.start_again(next.scene);
+  start(std::move(next), path);
+}
+
+void Viewer::open_files(const std::vector<std::string>& inputs) {
+  Opened next{now_.scene, now_.look, Sequence::of(inputs), inputs};
+  next.look.start_again(next.scene);
+  next.scene = for_another_file(next.scene);
+  start(std::move(next), inputs.front());
+}
+
+void Viewer::start(Opened next, const std::string& name) {
+  if (!fallback_) fallback_ = now_;
+  next.sequence.rate = now_.sequence.rate;
+  now_ = std::move(next);
+  now_.scene.input = now_.sequence.path();
+  panels_.open_path = name;
+  camera_due_ = true;
+  volume_.retry();
+  redraw(3);
 }
 
 void Viewer::set_scene(const Scene& scene) {
