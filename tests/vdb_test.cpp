@@ -263,7 +263,7 @@ TEST(VdbFileErrors, FilesThatAreNoneAreNamed) {
   EXPECT_NE(input_error([&] { VdbFile{text}; }).find("text.vdb: is not a VDB file"),
             std::string::npos);
   const auto nothing = test::write_bytes("nothing.vdb", "");
-  EXPECT_NE(input_error([&] { VdbFile{nothing}; }).find("nothing.vdb: is not a VDB file"),
+  EXPECT_NE(input_error([&] { VdbFile{nothing}; }).find("nothing.vdb: is empty"),
             std::string::npos);
   const auto nano = test::write_bytes("nano.nvdb", "NanoVDB1 and what follows");
   EXPECT_NE(input_error([&] { VdbFile{nano}; }).find("nano.nvdb: is a damaged NanoVDB file: "),

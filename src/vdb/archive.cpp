@@ -20,7 +20,7 @@ void refuse_foreign(FileBlocks& file) {
   const FileRun first = file.run(0, 1);
   const std::string_view head(first.bytes.get(), std::size_t(first.size));
   if (head.starts_with(magic)) return;
-  const std::string format = foreign_format(file.path(), head);
+  const std::string format = head.empty() ? "is empty" : foreign_format(file.path(), head);
   throw Error(ExitCode::input,
               file.path() + ": " + (format.empty() ? "is not a VDB file" : format));
 }
