@@ -190,22 +190,37 @@ class LightTrials {
 };
 
 /// Number of a sky's directions. Over clouds and smoke the error falls as one over their number
-/// (docs/notes/light.md), so that a trial with few tells how many it takes.
+/// (docs/notes/light.md), so that a trial with few tells how many it takes. Of fewer the error may
+/// be far larger, where few directions miss the phase function's peak: these are tried.
 class SkyTrial {
  public:
   SkyTrial(const View& view, const LightSource& source, double rms) {
-    const LitLuminance many(view, sky_beams(view, 256)), few(view, sky_beams(view, few_count));
-    const LightError off =
-        LightPilot(view, source.exact_depths(view), many, source.share).error(few);
-    count_ = int(std::clamp(std::ceil(few_count * off.rms / (light_safety * rms)), 8.0, 1024.0));
-    miss_ = off * (double(few_count) / count_);
+    const double most = light_safety * rms;
+    const LitLuminance many(view, sky_beams(view, 256));
+    const LightPilot pilot(view, source.exact_depths(view), many, source.share);
+    const auto miss_of = [&](int count) {
+      return pilot.error(LitLuminance(view, sky_beams(view, count)));
+    };
+    miss_ = miss_of(few_count);
+    const double wanted = std::clamp(std::ceil(few_count * miss_.rms / most), 8.0, 1024.0);
+    if (wanted >= few_count) {
+      count_ = int(wanted);
+      miss_ = miss_ * (few_count / wanted);
+      return;
+    }
+    for (int count = int(wanted); count < few_count; count *= 2)
+      if (const LightError miss = miss_of(count); miss.rms <= most) {
+        count_ = count;
+        miss_ = miss;
+        return;
+      }
   }
   int count() const { return count_; }
   const LightError& miss() const { return miss_; }
 
  private:
   static constexpr int few_count = 32;
-  int count_ = 0;
+  int count_ = few_count;
   LightError miss_;
 };
 
