@@ -44,6 +44,12 @@ run 0 "" $pattern -o 'held/a.####.exr' "${small[@]}" --look plain --frames 1-2 \
 scene_of held/a.0002.exr | grep -q 'z\.0002\.exr' || fail "frame 2 is held out by another frame"
 "$program" render --scene held/a.0002.exr -o held/again.exr -q || fail "a frame that is held out again"
 same held/a.0002.exr held/again.exr "a frame that is held out"
+held=($pattern -o 'held/a.####.exr' "${small[@]}" --look plain --holdout 'depths/z.####.exr'
+  --holdout-depth distance)
+run 0 "2 frames stand" "${held[@]}" --frames 1-2 --resume
+touch -d '1 hour' depths/z.0002.exr # depths that are newer than the picture
+run 0 "1 frame stands" "${held[@]}" --frames 1-2 --resume
+run 3 "has no file for: 3" "${held[@]}" --frames 1-3
 
 # --- the frames of a scan -------------------------------------------------------------------------
 mkdir scans
@@ -119,6 +125,24 @@ run 0 "6 frames stand" "${frames[@]}" --resume
 run 0 "6 frames" "${frames[@]}" --resume --exposure 1
 grep -q stand printed.txt && fail "pictures of another scene stand"
 run 2 "cannot hold" $pattern -o out/a.####.hdr --resume
+# a picture that is cut short, or of another format, does not stand
+floats=($pattern -o out/f.####.exr "${small[@]}" --frames 1-2)
+run 0 "" "${floats[@]}" --half
+run 0 "" "${floats[@]}" --resume
+grep -q stand printed.txt && fail "halves stand for floats"
+head -c 3000 out/f.0001.exr >cut.exr && cp cut.exr out/f.0001.exr
+run 0 "1 frame stands" "${floats[@]}" --resume
+run 0 "" "${floats[@]}" --aov deep
+head -c $(($(stat -c %s out/f.0002.exr) / 2)) out/f.0002.exr >cut.exr && cp cut.exr out/f.0002.exr
+run 0 "1 frame stands" "${floats[@]}" --aov deep --resume
+run 0 "" "${floats[@]}" --resume
+grep -q stand printed.txt && fail "deep pictures stand for flat ones"
+
+# --- one file is a frame, where the picture's name has a place for its number --------------------
+run 0 "" in/plume.0002.vdb -o 'out/one.####.png' "${small[@]}"
+[ -e out/one.0002.png ] || fail "the picture of one file has another number"
+run 2 "'kept.vdb' has none" kept.vdb -o 'out/one.####.png'
+run 3 "there is 'in/plume.0001.vdb'" 'in/plume.##.vdb' -o 'out/one.##.png'
 
 # --- kill -9: the same pictures, and nothing else -------------------------------------------------
 for delay in 0.15 0.3 0.5 0.8; do

@@ -160,6 +160,8 @@ class RenderJob {
     if (!goes_on) return;
     team_->check_same(to_json(scene_) + joined(call_.layers, ","), "has other options");
     if (draw_frames()) return;
+    if (team_->first() && !call_.output.empty())
+      remove_abandoned_files(std::filesystem::path(call_.output).parent_path());
     // opened while the file is read
     std::future<std::shared_ptr<Marcher>> opened;
     if (!call_.output.empty())

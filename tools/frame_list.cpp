@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numeric>
 
 #include "base/text.h"
 #include "notices.h"
 #include "psivox/error.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {
@@ -61,6 +63,28 @@ void name_outputs(const RenderCall& call, FrameList& list) {
   }
 }
 
+/// Throws Error(input) unless each frame has its depths.
+void check_holdouts(const std::string& holdout, const FrameList& list) {
+  const auto depths = FramePattern::of_placeholder(holdout);
+  if (!depths) return;
+  std::vector<int> missing;
+  for (const Frame& frame : list.frames)
+    if (!std::filesystem::exists(LayerOfFile(depths->path(frame.number)).file))
+      missing.push_back(frame.number);
+  if (!missing.empty())
+    throw Error(ExitCode::input,
+                "--holdout " + in_quotes(holdout) + " has no file for: " + frames_text(missing));
+}
+
+/// The number of the frame that a single file is.
+int number_of(const std::string& file) {
+  const auto pattern = FramePattern::of_number(file);
+  const std::optional<int> number = pattern ? pattern->frame_of(file) : std::nullopt;
+  if (!number)
+    usage("-o has a place for the number of a frame, and " + in_quotes(file) + " has none");
+  return *number;
+}
+
 }  // namespace
 
 FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
@@ -99,7 +123,9 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
   if (options.missing == "error" && !options.frames.empty())
     throw Error(ExitCode::input, which + "; the files have frames " + frames_text(there) +
                                      "; --missing skip or hold goes on without");
-  list.notices.push_back(which + (options.missing == "hold" ? "; the frame before is drawn" : ""));
+  list.notices.push_back(which + (options.missing == "hold"
+                                      ? "; the frame before is drawn, or the first one after"
+                                      : ""));
   if (list.frames.empty()) throw Error(ExitCode::input, which);
   return list;
 }
@@ -110,7 +136,9 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   if (inputs.empty() && !scene.input.empty()) inputs.push_back(scene.input);
   if (inputs.empty()) return {};
   const bool within = !call.sequence.frames.empty() && !call.turntable && !path;
-  const std::optional<SequenceFiles> files = sequence_files(inputs, within);
+  std::optional<SequenceFiles> files = sequence_files(inputs, within);
+  if (!files && !call.turntable && !path && FramePattern::of_placeholder(call.output))
+    files = {{number_of(inputs.front()), inputs.front()}};
   if (!files && !call.turntable && !path) {
     for (const auto& [given, option] : {std::pair{!call.sequence.frames.empty(), "--frames"},
                                         {call.follow, "--follow"},
@@ -133,6 +161,7 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
     list.samples = {inputs.front()};
   }
   name_outputs(call, list);
+  check_holdouts(scene.holdout, list);
   return list;
 }
 
@@ -148,8 +177,10 @@ SequenceScene chosen_for(const FrameList& list, const Scene& scene, bool backgro
 
 void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy) {
   print_notices(list.notices);
-  print_notice(formatted("%zu frames; chosen from %zu file%s: ", list.frames.size(),
-                         list.samples.size(), list.samples.size() == 1 ? "" : "s") +
+  print_dark(sequence.scene, sequence.dark_because);
+  print_notice(formatted("%zu frame%s; chosen from %zu file%s: ", list.frames.size(),
+                         list.frames.size() == 1 ? "" : "s", list.samples.size(),
+                         list.samples.size() == 1 ? "" : "s") +
                look_text(sequence.look, sequence.settings, to_copy));
 }
 

@@ -25,10 +25,14 @@ std::string look_text(const std::string& look, std::span<const Setting> settings
   return text;
 }
 
+void print_dark(const Scene& scene, const std::string& dark_because) {
+  if (!dark_because.empty())
+    print_notice((scene.lit() ? "the look is plain: " : "the picture has no light: ") +
+                 dark_because);
+}
+
 void print_look(const LookedScene& looked, bool to_copy, const std::string& how) {
-  if (!looked.dark_because.empty())
-    print_notice((looked.scene.lit() ? "the look is plain: " : "the picture has no light: ") +
-                 looked.dark_because);
+  print_dark(looked.scene, looked.dark_because);
   if (!looked.settings.empty()) print_notice(look_text(looked.look, looked.settings, to_copy, how));
   if (looked.guesses_up)
     print_notice("nothing tells which axis is up, so Y is; --up-axis z changes that");

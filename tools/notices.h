@@ -20,6 +20,9 @@ void print_notices(std::span<const std::string> notices);
 std::string look_text(const std::string& look, std::span<const Setting> settings, bool to_copy,
                       const std::string& how = "-v prints its options");
 
+/// Prints why the look of a scene is plain, if something made it so.
+void print_dark(const Scene& scene, const std::string& dark_because);
+
 /// Prints the look, and the grids that the picture does not show.
 void print_look(const LookedScene& looked, bool to_copy,
                 const std::string& how = "-v prints its options");

@@ -65,8 +65,8 @@ void add_frames(CommandLine& line, RenderCall& call) {
                  ".glb");
   line.add_flag("--follow", call.follow, "keep the volume in the middle of each frame");
   line.add_flag("--resume", call.resume,
-                "leave out frames whose picture is there, of the same scene and not older than "
-                "its volume");
+                "leave out frames whose picture is there, whole, of the same scene and format, and "
+                "not older than its files");
   line.add_flag("--keep-going", call.keep_going,
                 "go on after a frame that cannot be read; the exit code is then 3");
   line.add_value("--movie", call.movie, "FILE.mp4",

@@ -100,18 +100,24 @@ class FrameMaker {
   Scene last_scene_;
 };
 
-/// Whether the frame's picture is there, of that scene, and not older than its volume.
+/// Whether the frame's picture is there, whole, of that scene and format, and not older than what
+/// it was drawn from.
 bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
   namespace fs = std::filesystem;
   try {
-    if (fs::last_write_time(frame.output) < fs::last_write_time(frame_of_file(frame.input).file))
-      return false;
+    const fs::file_time_type drawn = fs::last_write_time(frame.output);
     std::map<std::string, std::string> found = read_metadata(frame.output);
     const std::optional<Scene> scene = maker.scene_of(frame);
     const Scene wanted = scene ? *scene : maker.read(frame).scene;
-    const PictureFile file{frame.output, call.format, call.layers};
-    for (const auto& [name, value] : picture_metadata(file, wanted))
+    for (const std::string& file : files_of(wanted))
+      if (drawn < fs::last_write_time(frame_of_file(file).file)) return false;
+    std::map<std::string, std::string> metadata =
+        picture_metadata({frame.output, call.format, call.layers}, wanted);
+    for (const char* name : {"psivox:bits", "psivox:half", "psivox:layers"})
+      metadata.try_emplace(name);  // where they are the default
+    for (const auto& [name, value] : metadata)
       if (name != "psivox:folder" && found[name] != value) return false;
+    check_whole(frame.output);
     return true;
   } catch (const std::runtime_error&) {
     return false;  // drawing it will say why
@@ -135,7 +141,8 @@ class FrameLoop {
     for (std::size_t i = 0; i < frames.size(); ++i)
       if (!call_.resume || !stands(call_, maker_, frames[i])) wanted.push_back(i);
     standing_ = frames.size() - wanted.size();
-    if (standing_) say(std::to_string(standing_) + " frames stand already");
+    if (standing_)
+      say(formatted("%zu frame%s already", standing_, standing_ == 1 ? " stands" : "s stand"));
     const auto read_ahead = [&](std::size_t k) {
       if (k == wanted.size()) return;
       const Frame& frame = frames[wanted[k]];
@@ -189,6 +196,8 @@ class FrameLoop {
       std::fprintf(stderr,
                    "frames    %d in %.1f s, of which %.1f s waiting for reading and writing\n",
                    drawn_, 1e-3 * total_ms, 1e-3 * waited_ms_);
+    if (movie_ && !bad_.empty())
+      say(formatted("the film is %zu frame%s shorter", bad_.size(), bad_.size() == 1 ? "" : "s"));
     if (!bad_.empty())
       throw Error(ExitCode::input,
                   std::to_string(bad_.size()) + " of " +

@@ -171,6 +171,9 @@ bool holds_layers(const std::filesystem::path& path);
 /// there is no data. NaN and Inf stay. Throws Error(input).
 Image read_image(const std::filesystem::path& path);
 
+/// Reads all of a picture's file, deep or not, and throws Error(input) if that fails.
+void check_whole(const std::filesystem::path& path);
+
 /// Reads an EXR that may have no picture, R G B A or Y. Without one, the image has the file's other
 /// layers alone.
 Image read_layers(const std::filesystem::path& path);

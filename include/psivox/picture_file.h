@@ -111,6 +111,9 @@ struct SceneFile {
 /// which in a picture are absolute. Throws Error(input), Error(usage).
 SceneFile read_scene_file(const std::string& path);
 
+/// The files that a scene is drawn from: volumes, functions, depths, lights.
+std::vector<std::string> files_of(Scene scene);
+
 /// Metadata from which read_scene_file reads the scene again, wherever the picture and its inputs
 /// are moved together.
 void add_scene(const Scene& scene, const std::vector<std::string>& layers,

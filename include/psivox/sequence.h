@@ -29,6 +29,8 @@ class FramePattern {
   std::string printf_form() const;
   /// The number in a path that matches the pattern.
   std::optional<int> frame_of(const std::string& path) const;
+  /// The same, but a number may have any digits.
+  FramePattern in_any_padding() const;
   /// The files that match, by frame.
   std::map<int, std::string> files() const;
 
@@ -79,6 +81,7 @@ struct SequenceScene {
   std::vector<Setting> settings;           ///< what the look has set
   std::shared_ptr<const Subject> subject;  ///< what the frames show, all together
   std::vector<std::string> chosen_grids;   ///< see chosen_grids()
+  std::string dark_because = {};           ///< why the look is plain; see LookedScene
 };
 
 /// Resolves a scene for a sequence by some of its files:

@@ -244,6 +244,12 @@ Image read_image(const fs::path& path) {
   return read_any(path, image_io::format_from_contents(path), /*needs_picture=*/true);
 }
 
+void check_whole(const fs::path& path) {
+  const Format format = image_io::format_from_contents(path);
+  if (format == Format::exr) return image_io::check_exr_whole(path);
+  read_any(path, format, /*needs_picture=*/true);
+}
+
 Image read_layers(const fs::path& path) {
   const Format format = image_io::format_from_contents(path);
   if (format != Format::exr)

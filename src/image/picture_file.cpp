@@ -205,6 +205,15 @@ SceneFile read_scene_file(const std::string& path) {
   return file;
 }
 
+std::vector<std::string> files_of(Scene scene) {
+  std::vector<std::string> files;
+  change_files(scene, [&](const std::string& name) {
+    files.push_back(name);
+    return name;
+  });
+  return files;
+}
+
 void add_scene(const Scene& scene, const std::vector<std::string>& layers, const fs::path& picture,
                std::map<std::string, std::string>& metadata) {
   Scene named = scene;

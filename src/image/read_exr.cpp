@@ -1,4 +1,6 @@
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfDeepFrameBuffer.h>
+#include <OpenEXR/ImfDeepScanLineInputPart.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfInputPart.h>
@@ -218,6 +220,24 @@ Image decode(const std::filesystem::path& path, Imf::MultiPartInputFile& file, b
 
 Image read_exr(const std::filesystem::path& path, bool needs_picture) {
   return with_exr(path, [&](auto& file) { return decode(path, file, needs_picture); });
+}
+
+void check_exr_whole(const std::filesystem::path& path) {
+  with_exr(path, [&](auto& file) {
+    if (!Imf::isDeepData(file.header(0).type())) {
+      decode(path, file, /*needs_picture=*/false);
+      return;
+    }
+    const Imath::Box2i& data = file.header(0).dataWindow();
+    const std::int64_t width = width_of(data);
+    std::vector<unsigned> counts(std::size_t(width * height_of(data)));
+    Imf::DeepFrameBuffer frame;
+    frame.insertSampleCountSlice(Imf::Slice::Make(Imf::UINT, counts.data(), data, sizeof(unsigned),
+                                                  sizeof(unsigned) * std::size_t(width)));
+    Imf::DeepScanLineInputPart part(file, 0);
+    part.setFrameBuffer(frame);
+    part.readPixelSampleCounts(data.min.y, data.max.y);
+  });
 }
 
 std::map<std::string, std::string> read_exr_metadata(const std::filesystem::path& path) {

@@ -272,12 +272,16 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   const bool by_itself = result.look == "auto";
   if (by_itself) {
     const bool surface = scene.shows(Shows::surface) || scene.isovalue;
-    const bool out_of_reach = !surface && parts.allowed && stays_in_file(scene, fields);
-    result.look = out_of_reach ? "plain" : suitable_look(scene, fields);
+    if (!surface && parts.allowed && stays_in_file(scene, fields))
+      result.dark_because =
+          "its values stay in the file, and a look needs them in memory; a larger --memory-limit "
+          "holds them";
+    result.look = result.dark_because.empty() ? suitable_look(scene, fields) : "plain";
   }
   LookFile look = read_look(result.look);
   take_open(scene, look.scene, background, result.scene);
-  if (by_itself) result.dark_because = too_dark(result.scene, fields);
+  if (by_itself && result.dark_because.empty())
+    result.dark_because = too_dark(result.scene, fields);
   if (!result.dark_because.empty()) {
     result.scene = scene;
     result.look = "plain";

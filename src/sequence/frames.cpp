@@ -192,6 +192,12 @@ std::optional<int> FramePattern::frame_of(const std::string& path) const {
   return frame;
 }
 
+FramePattern FramePattern::in_any_padding() const {
+  FramePattern any = *this;
+  any.digits_ = 0;
+  return any;
+}
+
 std::map<int, std::string> FramePattern::files() const {
   std::map<int, std::string> found;
   const fs::path folder = fs::path(before_).parent_path();
@@ -262,7 +268,12 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
       const std::optional<FramePattern> pattern = FramePattern::of_placeholder(input);
       if (!pattern) return {};
       SequenceFiles files = pattern->files();
-      if (files.empty()) throw Error(ExitCode::input, "no file matches " + in_quotes(input));
+      if (files.empty()) {
+        const SequenceFiles others = pattern->in_any_padding().files();
+        throw Error(ExitCode::input,
+                    "no file matches " + in_quotes(input) +
+                        (others.empty() ? "" : "; there is " + in_quotes(others.begin()->second)));
+      }
       return files;
     }
   }

@@ -252,6 +252,8 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
   result.subject = subject;
   if (!scene.exposure) result.scene.exposure = least_exposure(result.scene, paths);
   result.chosen_grids = chosen_grids(scene, result.scene);
+  for (const Sample& sample : samples)
+    if (result.dark_because.empty()) result.dark_because = sample.looked.dark_because;
   result.scene.input = scene.input;
   result.settings = changed_settings(scene, result.scene);
   return result;

@@ -26,6 +26,11 @@ Error nonsense(const FileBlocks& file, const std::string& what) {
                file.path() + ": is damaged: its reader answered nonsense: " + what);
 }
 
+/// Whether this process lacks memory or threads: the file may be in order.
+bool is_of_this_process(const std::exception& error) {
+  return dynamic_cast<const std::bad_alloc*>(&error) || lacks_threads(error);
+}
+
 /// The answer of a process, after check(answer); none if the process lacks the module `trees`.
 /// Throws Error(input), also if the answer is nonsense.
 template <typename R, typename Check>
@@ -43,7 +48,7 @@ std::optional<typename R::Answer> ask_process(guard::Process& process, const Fil
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
-    if (lacks_threads(error)) throw;
+    if (is_of_this_process(error)) throw;
     throw nonsense(file, error.what());
   }
 }
@@ -168,7 +173,7 @@ class GuardedReader final : public Reader {
       throw;
     } catch (const std::exception& error) {
       process_.reset();
-      if (lacks_threads(error)) throw;
+      if (is_of_this_process(error)) throw;
       throw nonsense(*file_, error.what());
     }
     last_ = facts.stored() ? Field() : facts.field;
