@@ -129,7 +129,7 @@ TEST_F(MarchTemplate, SecondGridsMustShareTheVoxels) {
   scene.sampling = Sampling::template_;
   const View view =
       view_of(scene, blobs(), blobs({0, 0, 0}, glm::scale(glm::dmat4(1), glm::dvec3(0.5))));
-  EXPECT_THROW(gl_picture(view), Error);
+  EXPECT_THROW(check_sampling(view), Error);
 }
 
 }  // namespace

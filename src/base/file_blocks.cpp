@@ -224,7 +224,8 @@ struct Format {
 
 constexpr Format formats[] = {
     {"half of an Analyze image", "", 0, ".hdr", "nibabel.load($).get_fdata()"},
-    {"a DICOM image", "DICM", 128, ".dcm .dicom", "numpy.atleast_3d(pydicom.dcmread($).pixel_array.T)"},
+    {"a DICOM image", "DICM", 128, ".dcm .dicom",
+     "numpy.atleast_3d(pydicom.dcmread($).pixel_array.T)"},
     {"a VTK file", "# vtk DataFile", 0, ".vtk",
      "(g := pyvista.read($)).active_scalars.reshape(g.dimensions, order='F'), g.spacing, g.origin"},
     {"a VTK file", "<VTKFile", 0, ".vti",

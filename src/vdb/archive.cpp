@@ -20,9 +20,9 @@ void refuse_foreign(FileBlocks& file) {
   const FileRun first = file.run(0, 1);
   const std::string_view head(first.bytes.get(), std::size_t(first.size));
   if (head.starts_with(magic)) return;
-  const std::string format = head.empty() ? "is empty" : foreign_format(file.path(), head);
-  throw Error(ExitCode::input,
-              file.path() + ": " + (format.empty() ? "is not a VDB file" : format));
+  const std::string format = foreign_format(file.path(), head);
+  const std::string unknown = head.empty() ? "is empty" : "is not a VDB file";
+  throw Error(ExitCode::input, file.path() + ": " + (format.empty() ? unknown : format));
 }
 
 /// Throws if OpenVDB cannot be asked for it.
