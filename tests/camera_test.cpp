@@ -156,6 +156,29 @@ TEST(CameraRay, IsTheConventionsFormula) {
   expect_near(corner.direction, flat.forward, 0);
 }
 
+TEST(CameraMatrices, PutThePointsOfARayInItsPixel) {
+  for (const bool orthographic : {false, true}) {
+    Scene scene;
+    scene.resolution = {64, 36};
+    scene.camera_position = {30, 12, -5};
+    scene.camera_target = {1, 2, 3};
+    if (orthographic) scene.projection = Projection::orthographic;
+    const Camera camera = camera_for(scene);
+    const CameraMatrices m = camera_matrices(camera);
+    for (const glm::dvec2 pixel : {glm::dvec2(0, 0), {64, 36}, {12.5, 30.25}}) {
+      const WorldRay ray = camera_ray(camera, scene.resolution, pixel.x, pixel.y);
+      const glm::dvec4 point(ray.origin + 17.0 * ray.direction, 1);
+      const glm::dvec4 ndc = m.world_to_ndc * point, seen = m.world_to_camera * point;
+      // roundings of numbers up to 100
+      EXPECT_NEAR(ndc.x / ndc.w, pixel.x / 64, 1e-13);
+      EXPECT_NEAR(ndc.y / ndc.w, pixel.y / 36, 1e-13);
+      EXPECT_NEAR(seen.z, glm::dot(glm::dvec3(point) - camera.position, camera.forward), 1e-13);
+      EXPECT_EQ(seen.x > 1e-9, pixel.x > 32);  // to the right
+      EXPECT_EQ(seen.y > 1e-9, pixel.y < 18);  // up
+    }
+  }
+}
+
 TEST(PixelSample, IsStratifiedForAnyCount) {
   EXPECT_EQ(pixel_sample(0, 1), glm::dvec2(0.5, 0.5));
   for (const int n : {2, 3, 4, 7, 16, 100}) {

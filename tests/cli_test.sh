@@ -555,6 +555,8 @@ printf 'NRRD0005\n' >x.vdb
 t 3 "x.vdb: has values of type" info x.vdb
 printf '\037\213' >x.nii.gz
 t 3 "x.nii.gz: is a damaged gzip" render x.nii.gz -o a.png
+t 0 - render "$S" -o camera.exr $R
+grep -qa worldToNDC camera.exr || fail "an EXR without the camera's attributes"
 touch x.img
 t 3 "x.img: holds the values of 'x.hdr'; give that file" render x.img -o a.png
 printf '<?xml version="1.0"?>\n<VTKFile type="ImageData">' >y.vdb

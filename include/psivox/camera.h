@@ -88,6 +88,14 @@ Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dve
 /// Gives the scene the camera, so that make_camera returns it for any subject.
 void keep_camera(Scene& scene, const Camera& camera);
 
+/// Where a point of the world is for the camera, as OpenEXR's standard attributes have it
+/// (ImfStandardAttributes.h), for column vectors.
+struct CameraMatrices {
+  glm::dmat4 world_to_camera;  ///< right, up, forward [world units]: left-handed
+  glm::dmat4 world_to_ndc;     ///< x, y over w: from 0, 0 in the top left corner to 1, 1
+};
+CameraMatrices camera_matrices(const Camera& camera);
+
 /// A vector of the camera's axes (right, up and backwards, as in OpenGL and glTF) in the world.
 glm::dvec3 from_camera(const Camera& camera, const glm::dvec3& vector);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <glm/mat4x4.hpp>
 #include <map>
 #include <optional>
 #include <span>
@@ -59,6 +60,8 @@ struct Image {
   int height = 0;
   std::vector<Layer> layers;
   std::map<std::string, std::string> metadata;  ///< file attributes, such as `psivox:scene`
+  /// Attributes of an EXR for row vectors, as in OpenEXR: m[i][j] is in row i, column j.
+  std::map<std::string, glm::mat4> matrices{};
   DeepPixels deep{};  ///< what an EXR holds in place of the layers, if the picture is deep
 
   std::span<const float> rgba() const { return layers.front().values; }

@@ -6,6 +6,7 @@
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
+#include "psivox/camera.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "scene/cuts.h"
@@ -110,6 +111,11 @@ WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
   if (codes) format.display = display_of(scene);
   image.metadata = picture_metadata(file, scene);
   image.metadata["psivox:renderer"] = renderer;
+  if (scene.camera_position && scene.camera_target && scene.camera_up) {
+    // glm's columns for column vectors are OpenEXR's rows for row vectors
+    const auto [camera, ndc] = camera_matrices(make_camera(scene, glm::dvec3(-1), glm::dvec3(1)));
+    image.matrices = {{"worldToCamera", glm::mat4(camera)}, {"worldToNDC", glm::mat4(ndc)}};
+  }
   const Stopwatch writing;
   say(write_image(image, file.path, format));
   written.write_ms = writing.ms();

@@ -4,6 +4,7 @@
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
 #include <OpenEXR/ImfIO.h>
+#include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfPartType.h>
 #include <OpenEXR/ImfStringAttribute.h>
@@ -50,6 +51,12 @@ Imf::Header header_of(const Image& image) {
   for (const auto& [name, value] : image.metadata)
     if (header.find(name) == header.end())  // what the format itself needs has its own type
       header.insert(name, Imf::StringAttribute(value));
+  for (const auto& [name, m] : image.matrices) {
+    Imath::M44f rows;
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) rows[i][j] = m[i][j];
+    header.insert(name, Imf::M44fAttribute(rows));
+  }
   return header;
 }
 

@@ -218,6 +218,22 @@ void keep_camera(Scene& scene, const Camera& camera) {
   if (camera.orthographic) scene.ortho_width = 2 * camera.half_width;
 }
 
+CameraMatrices camera_matrices(const Camera& camera) {
+  const glm::dmat3 turn = glm::transpose(glm::dmat3(camera.right, camera.up, camera.forward));
+  glm::dmat4 to_camera(turn);
+  to_camera[3] = glm::dvec4(-(turn * camera.position), 1);
+  const double x = 0.5 / camera.half_width, y = -0.5 / camera.half_height;
+  glm::dmat4 image(1);  // the depth is as it is, which nobody reads
+  image[0].x = x;
+  image[1].y = y;
+  image[camera.orthographic ? 3 : 2] += glm::dvec4(0.5, 0.5, 0, 0);
+  if (!camera.orthographic) {
+    image[2].w = 1;
+    image[3] = glm::dvec4(0, 0, -1, 0);
+  }
+  return {to_camera, image * to_camera};
+}
+
 double VisibleGrid::reach(const VisibleBlock& block, const glm::dvec3& direction) const {
   const glm::dvec3 per_voxel = glm::transpose(glm::dmat3(world_from_index)) * direction;
   return glm::dot(direction, glm::dvec3(world_from_index[3])) +
