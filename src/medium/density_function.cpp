@@ -52,22 +52,21 @@ void check_gradient_rules(const Scene& scene) {
 
 namespace {
 
-/// The function of a component, whose sign is a direction: its magnitude attenuates. The function
-/// has a point at 0.
-TransferFunction by_magnitude(const TransferFunction& function) {
-  std::vector<TransferPoint> points = function.points();
+/// The map of a component, whose sign is a direction: its magnitude attenuates. The map has a point
+/// at 0.
+TransferFunction by_magnitude(const TransferFunction& map) {
+  std::vector<TransferPoint> points = map.points();
   for (TransferPoint& point : points) point.attenuation = std::abs(point.value);
-  return TransferFunction(std::move(points), function.has_color());
+  return TransferFunction(std::move(points));
 }
 
 /// The magnitude of a component that has values on both sides of 0, or below it.
 std::shared_ptr<const TransferFunction> magnitude_of(const Field& component) {
   const glm::dvec2 stored = stored_range(component);
   if (stored.x >= 0) return nullptr;
-  std::vector<TransferPoint> points = {{stored.x}, {0}};
-  if (stored.y > 0) points.push_back({stored.y});
-  return std::make_shared<const TransferFunction>(
-      by_magnitude(TransferFunction(std::move(points), false)));
+  std::vector<TransferPoint> points = {{stored.x, -stored.x}, {0, 0}};
+  if (stored.y > 0) points.push_back({stored.y, stored.y});
+  return std::make_shared<const TransferFunction>(std::move(points), /*has_color=*/false);
 }
 
 }  // namespace

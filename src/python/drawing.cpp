@@ -112,8 +112,10 @@ void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress
   for (const Parameter& p : parameters()) {
     if (!belongs_to_medium(p)) continue;
     copy_parameter(given, prepared_, p);
-    if (!given.given.contains(p.name)) prepared_.given.erase(p.name);
-    if (given.given.contains(p.name)) prepared_.given.insert(p.name);
+    if (given.given.contains(p.name))
+      prepared_.given.insert(p.name);
+    else
+      prepared_.given.erase(p.name);
   }
   prepared_.tolerance = tolerance_of(given, in_time);
   OpenedScene opened = open_scene(prepared_, *file_, {.parts = {.allowed = true}});

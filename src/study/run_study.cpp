@@ -169,7 +169,7 @@ class StudyRun {
   }
 
   /// Removes from the plan the variants that the volume refuses: of a texel type that cannot hold
-  /// its values, or of a step too short to cross it.
+  /// its values, of templates beside its other grids, or of a step too short to cross it.
   void check_volume() {
     // to refuse it; empty: none
     std::map<std::tuple<TexelType, Sampling, double>, std::string> reasons;

@@ -277,7 +277,8 @@ def show(source, *, credit="", page_limit=32, progress=None, scene=None, camera=
 
 def reference(source, *, aov=(), progress=None, scene=None, camera=None, **keywords):
     """Draws with the reference: another algorithm, in double precision on the CPU. Takes the
-    keywords of `psivox.render`; a scene's tolerance and renderer do not matter."""
+    keywords of `psivox.render`, but for time_budget and check_error. A tolerance and a renderer in
+    `scene` do not matter."""
     if isinstance(scene, collections.abc.Mapping):
         scene = {name: value for name, value in scene.items() if name != "tolerance"}
     return _render(source, aov, None, 0, progress, scene, camera,
