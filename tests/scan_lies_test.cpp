@@ -18,6 +18,9 @@ TEST(Scans, WhatIsNotReadIsNamed) {
   for (std::size_t i = 280; i < 328; ++i) nowhere[i] = 0;
   analyze[344] = 0;
   const std::string raw = "encoding: raw\n", uchar = values_of_type<std::uint8_t>(false);
+  const std::string packed = gzipped(uchar);
+  std::string wrong_sum = packed;
+  wrong_sum[wrong_sum.size() - 8] ^= 1;
   const std::pair<std::string, std::string> all[] = {
       {nifti(32), "complex"},
       {nifti(1), "single bits"},
@@ -30,6 +33,8 @@ TEST(Scans, WhatIsNotReadIsNamed) {
       {nifti(64).substr(0, 4000), "cut short"},
       {nrrd("block", raw + "\n"), "type 'block'"},
       {nrrd("uchar", "encoding: bzip2\n\n"), "'bzip2'"},
+      {nrrd("uchar", "\n") + uchar, "its header has no 'encoding'"},
+      {"NRRD0004\ntype: uchar\n" + raw + "\n" + uchar, "its header has no 'sizes'"},
       {nrrd("short", raw + "\n") + uchar + uchar, "byte order"},
       {nrrd("uchar", raw + "data file: LIST\na.raw\n"), "several files"},
       {nrrd("uchar", raw + "data file: s%03d.raw 1 3 1\n"), "several files"},
@@ -43,8 +48,9 @@ TEST(Scans, WhatIsNotReadIsNamed) {
       {nrrd("uchar", raw + "byte skip: -2\n\n") + uchar, "below 0"},
       {nifti_header(false, false, 2, {1, 1, 1, 32767, 1, 3}) + std::string(3 * 32767, '\1'),
        "98301 frames"},
-      {nrrd("uchar", "encoding: gzip\n\n") + gzipped(uchar).substr(0, gzipped(uchar).size() / 2),
-       "too early"},
+      {nrrd("uchar", "encoding: gzip\n\n") + packed.substr(0, packed.size() / 2), "too early"},
+      {nrrd("uchar", "encoding: gzip\n\n") + packed.substr(0, packed.size() - 8), "too early"},
+      {nrrd("uchar", "encoding: gzip\n\n") + wrong_sum, "damaged"},
   };
   for (const auto& [bytes, what] : all) {
     const auto path = test::write_bytes("refused.nrrd", bytes);

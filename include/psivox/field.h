@@ -215,8 +215,8 @@ class DenseField {
   glm::ivec3 size_of_block(const glm::ivec3& origin) const;
   /// Adds the next planes of an axis, whose first voxel is the array's first.
   void add(const ArrayValues& slab, int axis, bool in_place);
-  /// Throws Error(input) unless the slabs fit.
-  void check_planes(int axis, bool fit) const;
+  /// Throws Error(input): slabs along that axis do not fit.
+  [[noreturn]] void refuse_planes(int axis) const;
 
   glm::ivec3 shape_;
   int axis_ = 0;  ///< of the slabs

@@ -174,15 +174,15 @@ bool holds_layers(const std::filesystem::path& path);
 /// there is no data. NaN and Inf stay. Throws Error(input).
 Image read_image(const std::filesystem::path& path);
 
-/// Reads all of a picture's file, deep or not, and throws Error(input) if that fails.
-void check_whole(const std::filesystem::path& path);
-
 /// Reads an EXR that may have no picture, R G B A or Y. Without one, the image has the file's other
 /// layers alone.
 Image read_layers(const std::filesystem::path& path);
 
 /// All attributes of an image file that are texts. Throws Error(input) if the file is no image.
 std::map<std::string, std::string> read_metadata(const std::filesystem::path& path);
+
+/// The same of a picture, deep or not, whose pixels are read too: a file that is cut throws.
+std::map<std::string, std::string> metadata_of_whole(const std::filesystem::path& path);
 
 /// One of them, empty if absent; names are case-sensitive.
 std::string read_metadata(const std::filesystem::path& path, const std::string& key);

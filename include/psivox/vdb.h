@@ -65,7 +65,9 @@ struct ReadOptions {
   GridRole role = GridRole::attenuation;
   bool strict = false;     ///< bad values and non-linear transforms are errors
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
-  bool empty = false;      ///< a grid without active voxels is a field of zeros, not an error
+  /// A grid without active voxels is a field of zeros, not an error; so is any of a file without
+  /// grids.
+  bool empty = false;
   bool active = false;     ///< 1 at active voxels and tiles, in place of the values
   /// Taken in place of a background other than 0; unset: 0, and an error if `strict`.
   std::optional<double> background = {};

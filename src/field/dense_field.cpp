@@ -84,7 +84,7 @@ void DenseField::copy(const LeafValues& values, const glm::ivec3& origin, float*
 }
 
 void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
-  check_planes(axis, next_plane_ < shape_[axis]);
+  if (next_plane_ >= shape_[axis]) refuse_planes(axis);
   axis_ = axis;
   const int u = axis == 0 ? 1 : 0, v = axis == 2 ? 1 : 2;
   const int rows = (shape_[u] + 7) / 8, columns = (shape_[v] + 7) / 8;
@@ -138,7 +138,8 @@ void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
 
 void DenseField::add(std::span<const float> slab) {
   const std::ptrdiff_t z = field_.channels, y = shape_.z * z, x = shape_.y * y;
-  check_planes(0, std::ptrdiff_t(slab.size()) == std::min(leaf_width, shape_.x - next_plane_) * x);
+  if (std::ptrdiff_t(slab.size()) != std::min(leaf_width, shape_.x - next_plane_) * x)
+    refuse_planes(0);
   add({slab.data(), {x, y, z, 1}}, 0);
 }
 
@@ -149,8 +150,7 @@ void DenseField::hold(const ArrayValues& array, std::shared_ptr<const void> owne
     add(slab, 0, true);
 }
 
-void DenseField::check_planes(int axis, bool fit) const {
-  if (fit) return;
+void DenseField::refuse_planes(int axis) const {
   throw Error(ExitCode::input,
               "grid " + in_quotes(field_.name) +
                   formatted(" of %dx%dx%d voxels: the slabs are not its %d planes, 8 at a time",
@@ -158,7 +158,7 @@ void DenseField::check_planes(int axis, bool fit) const {
 }
 
 Field DenseField::finish() {
-  check_planes(axis_, next_plane_ >= shape_[axis_]);
+  if (next_plane_ < shape_[axis_]) refuse_planes(axis_);
   const auto in_order = [](const auto& a, const auto& b) {
     return tree_order(a.origin) < tree_order(b.origin);
   };

@@ -141,11 +141,11 @@ void use_exr_threads(std::int64_t pixels);
 /// Reads the first part. Without `needs_picture` it may have layers alone. Throws Error(input).
 Image read_exr(const std::filesystem::path& path, bool needs_picture);
 
-/// Throws Error(input) if the file ends before its pixels do, of a deep picture before the last
-/// lines' numbers of samples.
-void check_exr_whole(const std::filesystem::path& path);
 /// All texts of its header. Throws Error(input).
 std::map<std::string, std::string> read_exr_metadata(const std::filesystem::path& path);
+/// The same, but throws also if the file ends before its pixels do, of a deep picture before the
+/// last lines' numbers of samples.
+std::map<std::string, std::string> metadata_of_whole_exr(const std::filesystem::path& path);
 
 /// Reads linear, premultiplied R G B A, and all texts as metadata. Throws Error(input).
 Image read_png(const std::filesystem::path& path);

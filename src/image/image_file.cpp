@@ -244,12 +244,6 @@ Image read_image(const fs::path& path) {
   return read_any(path, image_io::format_from_contents(path), /*needs_picture=*/true);
 }
 
-void check_whole(const fs::path& path) {
-  const Format format = image_io::format_from_contents(path);
-  if (format == Format::exr) return image_io::check_exr_whole(path);
-  read_any(path, format, /*needs_picture=*/true);
-}
-
 Image read_layers(const fs::path& path) {
   const Format format = image_io::format_from_contents(path);
   if (format != Format::exr)
@@ -262,6 +256,12 @@ std::map<std::string, std::string> read_metadata(const fs::path& path) {
   if (format == Format::exr) return image_io::read_exr_metadata(path);
   if (format == Format::png) return image_io::read_png(path).metadata;
   return image_io::picture_files(ExitCode::failure).read_metadata(path, format);
+}
+
+std::map<std::string, std::string> metadata_of_whole(const fs::path& path) {
+  const Format format = image_io::format_from_contents(path);
+  if (format == Format::exr) return image_io::metadata_of_whole_exr(path);
+  return read_any(path, format, /*needs_picture=*/true).metadata;
 }
 
 std::string read_metadata(const fs::path& path, const std::string& key) {

@@ -222,12 +222,10 @@ Image read_exr(const std::filesystem::path& path, bool needs_picture) {
   return with_exr(path, [&](auto& file) { return decode(path, file, needs_picture); });
 }
 
-void check_exr_whole(const std::filesystem::path& path) {
-  with_exr(path, [&](auto& file) {
-    if (!Imf::isDeepData(file.header(0).type())) {
-      decode(path, file, /*needs_picture=*/false);
-      return;
-    }
+std::map<std::string, std::string> metadata_of_whole_exr(const std::filesystem::path& path) {
+  return with_exr(path, [&](auto& file) {
+    if (!Imf::isDeepData(file.header(0).type()))
+      return decode(path, file, /*needs_picture=*/false).metadata;
     const Imath::Box2i& data = file.header(0).dataWindow();
     const std::int64_t width = width_of(data);
     std::vector<unsigned> counts(std::size_t(width * height_of(data)));
@@ -237,6 +235,7 @@ void check_exr_whole(const std::filesystem::path& path) {
     Imf::DeepScanLineInputPart part(file, 0);
     part.setFrameBuffer(frame);
     part.readPixelSampleCounts(data.min.y, data.max.y);
+    return metadata_of(file.header(0));
   });
 }
 

@@ -24,6 +24,13 @@ struct NrrdText {
   }
 };
 
+/// A field that every header has.
+const std::string& required(const NrrdText& text, const std::string& name, const FileBlocks& file) {
+  const std::string& value = text.of(name);
+  if (value.empty()) refuse(file, "its header has no " + in_quotes(name));
+  return value;
+}
+
 std::string trimmed(std::string_view text) {
   const auto begin = text.find_first_not_of(" \t");
   if (begin == text.npos) return {};
@@ -115,7 +122,8 @@ constexpr Names<Encoding> nrrd_encodings[] = {
 
 /// Sets type, byte order, encoding, and where the values are.
 void set_encoding(const NrrdText& text, Header& header, const FileBlocks& file) {
-  const std::string type = lower_case(text.of("type")), encoding = lower_case(text.of("encoding"));
+  const std::string type = lower_case(required(text, "type", file)),
+                    encoding = lower_case(required(text, "encoding", file));
   const Type* known_type = meaning_of(nrrd_types, type);
   if (!known_type)
     refuse(file, "has values of type " + in_quotes(type) + ", which psivox does not read");
@@ -168,9 +176,10 @@ bool is_place(const std::string& kind) {
 }
 
 std::vector<Axis> axes_of(const NrrdText& text, const FileBlocks& file) {
-  const std::vector<std::string> sizes = words(text.of("sizes")), kinds = words(text.of("kinds"));
+  const std::vector<std::string> sizes = words(required(text, "sizes", file)),
+                                 kinds = words(text.of("kinds"));
   std::vector<std::string> directions = words(text.of("spacedirections"));
-  const auto count = number<int>(file, text.of("dimension"), "a dimension");
+  const auto count = number<int>(file, required(text, "dimension", file), "a dimension");
   if (count < 1 || count > 16 || sizes.size() != std::size_t(count))
     refuse(file, "has " + std::to_string(sizes.size()) + " sizes for " + std::to_string(count) +
                      " dimensions");

@@ -174,6 +174,12 @@ std::int64_t ByteStream::pass_over_rest() {
   return passed;
 }
 
+void ByteStream::check_rest() {
+  if (!packed_) return;
+  pass_over_rest();
+  if (!ended_) refuse(file_, "the file ends too early");
+}
+
 int ByteStream::next() {
   if (here_ == end_ && !fill()) return -1;
   ++position_;
@@ -224,6 +230,7 @@ void ValueStream::read(std::span<float> to) {
     type_facts[int(header_.type)].convert(buffer_.data(), header_, some);
     to = to.subspan(some.size());
   }
+  if (position_ == header_.values) bytes_.check_rest();
 }
 
 void ValueStream::read_bytes(char* to, std::int64_t size) {

@@ -51,6 +51,9 @@ class ByteStream {
   void pass_over(std::int64_t size);
   /// Returns the number of bytes up to the end.
   std::int64_t pass_over_rest();
+  /// Passes over the rest of what is packed, behind which its checksum is. Throws Error(input) if
+  /// that is wrong or missing.
+  void check_rest();
 
   /// The next byte, as an unsigned char; -1 at the end.
   int next();

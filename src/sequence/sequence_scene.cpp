@@ -51,7 +51,9 @@ std::string common_look(const std::vector<Sample>& samples) {
 /// The grid of all frames. A frame in which it is empty shows nothing of it.
 std::string common_grid(std::span<const std::string> paths) {
   std::vector<std::string> grids;
-  for (const std::string& path : paths) grids.push_back(VdbFile(path).default_grid(/*empty=*/true));
+  for (const std::string& path : paths)
+    if (const VdbFile file(path); !file.names().empty())
+      grids.push_back(file.default_grid(/*empty=*/true));
   return common_name(grids, "density");
 }
 

@@ -63,8 +63,7 @@ void visit_active(const Field& stored, const Field& field, const Take& take) {
   for (std::size_t n = 0; n < stored.leaves.size(); ++n) {
     const OrderedValues before(stored, stored.leaves[n]), after(field, field.leaves[n]);
     const LeafMask active = active_mask(before.data(), stored.channels);
-    for (auto on = active.beginOn(); on; ++on)
-      take(after[on.pos() * std::size_t(stored.channels)], 1);
+    each_on(active, [&](std::size_t i) { take(after[i * std::size_t(stored.channels)], 1); });
   }
   for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
 }

@@ -44,11 +44,10 @@ void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
 }
 
 void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& options) {
-  const auto channels = static_cast<unsigned>(field.channels);
+  const auto channels = static_cast<std::size_t>(field.channels);
   set_percentiles(field, options.percentiles, [&](const auto& take) {
     for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
-      for (auto on = voxels.active[n].beginOn(); on; ++on)
-        take(voxels.leaves[n][on.pos() * channels], 1);
+      each_on(voxels.active[n], [&](std::size_t i) { take(voxels.leaves[n][i * channels], 1); });
     for (const TilePart& part : voxels.tiles) {
       const Tile tile = part.tile();
       const float value = tile.value.x == HUGE_VALF ? field.replaced.largest : tile.value.x;

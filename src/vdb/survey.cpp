@@ -82,7 +82,7 @@ ValueSurvey LeafSurvey::extents(const glm::ivec3& origin, const float* values,
   if (active.isOn())
     found.active = found.all;
   else
-    for (auto on = active.beginOn(); on; ++on) found.active.add(values[on.pos() * stride]);
+    each_on(active, [&](std::size_t i) { found.active.add(values[i * stride]); });
   if (box_.contains(origin) && box_.contains(origin + 7))
     found.in_box = found.all;
   else

@@ -3,6 +3,7 @@
 #include <openvdb/util/NodeMasks.h>
 #include <tbb/combinable.h>
 
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -23,6 +24,14 @@ inline constexpr std::size_t kLeafVoxels = 512;
 
 /// The active voxels of a leaf.
 using LeafMask = openvdb::util::NodeMask<3>;
+
+/// Calls visit(i) for the active voxels of a leaf, in ascending order.
+template <typename Visit>
+void each_on(const LeafMask& active, const Visit& visit) {
+  for (unsigned w = 0; w < LeafMask::WORD_COUNT; ++w)
+    for (auto word = active.getWord<std::uint64_t>(w); word != 0; word &= word - 1)
+      visit(std::size_t(64 * w) + std::size_t(std::countr_zero(word)));
+}
 
 /// Smallest value that stays.
 float smallest_good(GridRole role);
@@ -98,8 +107,9 @@ struct Statistics {
   /// The active values of a leaf.
   template <typename Number>
   void add(const Number* values, int channels, const LeafMask& active) {
-    for (auto on = active.beginOn(); on; ++on)
-      add(values + on.pos() * std::size_t(channels), channels, std::uint64_t{1});
+    each_on(active, [&](std::size_t i) {
+      add(values + i * std::size_t(channels), channels, std::uint64_t{1});
+    });
   }
   std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
 };

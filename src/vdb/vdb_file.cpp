@@ -201,6 +201,12 @@ std::string VdbFile::default_grid(bool empty) const {
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
+  if (options.empty && impl_->facts.grids.empty()) {
+    Field nothing;
+    nothing.name = grid;
+    nothing.active_box = {glm::ivec3(0), glm::ivec3(0)};
+    return nothing;
+  }
   const std::string in_reader = impl_->in_reader(grid);
   Field field = impl_->reader->read(in_reader, options);
   if (!impl_->frame.empty()) {
