@@ -128,6 +128,8 @@ t 0 - render "$S" --up-axis z -o b.exr $R --camera z.gltf
 t 0 rms compare a.exr b.exr --max-rms 1e-3
 t 3 "has no camera 'other'; it has 'psivox'" render "$S" -o a.exr $R --camera c.gltf:other
 t 2 "expected FILE.gltf" render "$S" -o a.exr $R --camera c.json
+t 2 "writes one camera, and --follow moves it" render "$S" --turntable 2 --follow $R \
+  -o 'a.#.png' --export-camera c.gltf
 t 2 "written as .gltf or .pvcc" render "$S" $R --export-camera c.json
 t 3 "cannot read camera" render "$S" -o a.exr $R --camera missing.gltf
 echo '{"nodes": 3}' > bad.gltf
@@ -174,7 +176,10 @@ t 0 - render --scene a.exr -o a.exr -q  # a picture may be drawn again in its pl
 t 0 - render "$S" -o a.exr --stats /dev/null $R
 # 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
 t 0 rms compare a.png b.exr --max-abs 2.6e-5
+t 0 - render "$S" -o a.tif --bits 16 --resolution 32x32 -q
+t 0 '"background": \[' render --scene a.tif --print-scene -q # of the look, as in a .png
 t 0 - render "$S" -o a.tif --bits 16 $R
+t 0 - render "$S" --emission-grid none --holdout none --environment none -o a.exr $R
 t 0 rms compare a.tif b.exr --max-abs 2.6e-5
 # Every other format, and what each keeps of the scene and of alpha.
 t 0 - render "$S" -o a.tif $R

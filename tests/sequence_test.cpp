@@ -57,7 +57,9 @@ TEST(FramePattern, FindsNumbersThatItWouldWrite) {
   const FramePattern pattern = *FramePattern::of_placeholder("fire.###.vdb");
   EXPECT_EQ(pattern.frame_of("fire.012.vdb"), 12);
   EXPECT_EQ(pattern.frame_of("fire.1012.vdb"), 1012);
-  for (const char* other : {"fire.12.vdb", "fire.0012.vdb", "fire.-12.vdb", "fire.012.exr",
+  EXPECT_EQ(pattern.frame_of("fire.-12.vdb"), -12);
+  EXPECT_EQ(pattern.path(-12), "fire.-12.vdb");
+  for (const char* other : {"fire.12.vdb", "fire.0012.vdb", "fire.-1.vdb", "fire.012.exr",
                             "fire..vdb", "fire.1234567890.vdb"})
     EXPECT_FALSE(pattern.frame_of(other)) << other;
 }
@@ -67,14 +69,18 @@ TEST(FramePattern, TheLastNumberOfANameStandsForAny) {
   EXPECT_EQ(pattern.frame_of("v2/fire3.7.vdb"), 7);
   EXPECT_FALSE(pattern.frame_of("v2/fire4.7.vdb"));
   EXPECT_FALSE(FramePattern::of_number("v2/fire.vdb"));
+  // a hyphen behind a letter is none of the number's
+  EXPECT_EQ(frame_number("", "v2/fire-0012.vdb"), 12);
+  EXPECT_EQ(frame_number("", "v2/fire.-012.vdb"), -12);
+  EXPECT_EQ(frame_number("fire.####.v2.vdb", "fire.0012.v2.vdb"), 12);
 }
 
 TEST(Frames, AreReadAndWritten) {
   EXPECT_EQ(read_frames("1-10x3,20", "--frames"), (std::vector<int>{1, 4, 7, 10, 20}));
   EXPECT_EQ(read_frames("5", "--frames"), (std::vector<int>{5}));
-  for (const char* text : {"1-10x3,20", "1-2", "4,6", "1-100", "3"})
+  for (const char* text : {"1-10x3,20", "1-2", "4,6", "1-100", "3", "-3-12", "-10--5"})
     EXPECT_EQ(frames_text(read_frames(text, "--frames")), text);
-  for (const char* text : {"", "a", "10-1", "1-", "-5", "1-5x0", "5x2"})
+  for (const char* text : {"", "a", "10-1", "1-", "--5", "1-5x0", "5x2"})
     EXPECT_TRUE(has(usage_error([&] { read_frames(text, "--frames"); }),
                     "--frames: expected frames such as"));
   EXPECT_TRUE(has(usage_error([&] { read_frames("0-2000000", "--frames"); }), "more than"));
@@ -159,10 +165,14 @@ TEST(SequenceScene, TakesTheNearestFileInPlaceOfOneWithoutTheGrid) {
   files.paths.push_back(files.folder.path("image.nrrd"));
   std::ofstream(files.paths.back())
       << "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 1 1\nencoding: text\n\n5 6\n";
-  EXPECT_THROW(resolve_sequence({}, files.paths), Error);
-  const SequenceScene sequence =
-      resolve_sequence({}, files.paths, "auto", true, files.paths, /*others_serve=*/true);
-  EXPECT_EQ(sequence.scene.grid, "density");
+  for (const bool others_serve : {false, true}) {
+    const SequenceScene sequence =
+        resolve_sequence({}, files.paths, "auto", true, files.paths, others_serve);
+    EXPECT_EQ(sequence.scene.grid, "density");
+  }
+  Scene scene;
+  scene.grid = "smoke";  // no file has it
+  EXPECT_THROW(resolve_sequence(scene, files.paths, "auto", true, files.paths), Error);
 }
 
 TEST(SequenceScene, GoesWithoutTheLooksGridsWhereAFrameLacksThem) {
@@ -181,6 +191,36 @@ TEST(SequenceScene, GoesWithoutTheLooksGridsWhereAFrameLacksThem) {
   Scene scene;
   scene.albedo_grid = "color";
   EXPECT_EQ(chosen_grids(scene, burning), std::vector<std::string>{"emission-grid"});
+}
+
+TEST(SequenceScene, GoesWithoutNamedGridsWhereAFrameLacksThemButNotAll) {
+  Folder folder;
+  const std::vector<std::string> paths{folder.file("a.1.vdb", "slab"),
+                                       folder.file("a.2.vdb", "blobs")};
+  Scene scene;
+  scene.emission_grid = "temperature";
+  scene.exposure.reset();  // auto reads every sample
+  const SequenceScene sequence = resolve_sequence(scene, paths);
+  EXPECT_EQ(sequence.scene.emission_grid, "temperature");
+  EXPECT_EQ(frame_scene(sequence, VdbFile(paths[0]), paths[0]).emission_grid, "");
+  EXPECT_EQ(frame_scene(sequence, VdbFile(paths[1]), paths[1]).emission_grid, "temperature");
+  EXPECT_THROW(resolve_sequence(scene, std::span(paths).first(1)), Error);
+}
+
+TEST(SequenceScene, HasTheFilesOfAFrameAsFurtherVolumes) {
+  Folder folder;
+  const std::vector<std::string> paths{folder.file("a.1.vdb", "slab"),
+                                       folder.file("a.2.vdb", "slab")};
+  folder.file("b.1.vdb", "blobs");
+  folder.file("b.2.vdb", "blobs");
+  Scene scene;
+  const std::string pattern = folder.path("b.#.vdb");
+  scene.volumes = {pattern + " scale=0.5"};
+  const SequenceScene sequence = resolve_sequence(scene, paths);
+  ASSERT_EQ(sequence.scene.volumes.size(), 1u);
+  EXPECT_EQ(sequence.scene.volumes[0].find(pattern + " scale=0.5"), 0u);
+  const Scene second = frame_scene(sequence, VdbFile(paths[1]), paths[1]);
+  EXPECT_EQ(second.volumes[0].find(folder.path("b.2.vdb") + " scale=0.5"), 0u);
 }
 
 TEST(SequenceScene, AsksOneFileIfNothingIsOpen) {

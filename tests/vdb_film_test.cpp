@@ -67,6 +67,52 @@ TEST(Film, IsAsBrightAsItsBrightestFlame) {
   EXPECT_GT(redness(chosen_for(one, thick), one.at(1)), 0.5);
 }
 
+TEST(Film, IsChosenByItsHottestFlameAndItsLargest) {
+  SequenceFiles files;
+  for (const auto& [value, radius] : {std::pair(0.1, 1), {9.0, 1}, {1.0, 2}, {1.0, 1}, {0.5, 3}}) {
+    const int number = int(files.size()) + 1;
+    const auto burns = [value = value](const Coord&) { return value; };
+    files[number] = write_vdb({filled("density", cloud), filled("flame", burns, radius)},
+                              "blast." + std::to_string(number) + ".vdb")
+                        .string();
+  }
+  const std::vector<std::string> all{files.at(1), files.at(2), files.at(3), files.at(5)};
+  EXPECT_EQ(auto_samples(files), all);
+}
+
+LookedScene look_of(const openvdb::GridCPtrVec& grids) {
+  Scene scene;
+  scene.input = write_vdb(grids, "look.vdb").string();
+  return with_look(scene, VdbFile(scene.input), "auto");
+}
+
+TEST(Fire, OfAFlameAloneHasNoSmoke) {
+  const Scene scene = look_of({filled("flame", flame)}).scene;
+  EXPECT_EQ(scene.emission_grid, "flame");
+  EXPECT_EQ(scene.extinction, 0);
+  const Scene grey = look_of({filled("temperature", flame)}).scene;
+  EXPECT_EQ(grey.emission_grid, "");
+}
+
+TEST(Fire, IsNoHeatThatDoesNotGlow) {
+  const auto hot = [](const char* name, double most) {
+    return filled(name, [=](const Coord& p) { return most * flame(p); });
+  };
+  const auto smoke = filled("density", cloud);
+  for (const double most : {1.0, 1e4}) {
+    EXPECT_EQ(look_of({smoke, hot("temperature", most)}).look, "fire") << most;
+    EXPECT_EQ(look_of({smoke, hot("flame", most)}).look, "fire") << most;
+  }
+  // a warm gas in kelvin; a flame is one in any unit
+  EXPECT_EQ(look_of({smoke, hot("temperature", 700)}).look, "smoke");
+  EXPECT_LT(look_of({smoke, hot("flame", 700)}).scene.temperature_scale, 3000 / 100.0);
+  // Blender's heat drives the smoke, and what burns there has a flame
+  EXPECT_EQ(look_of({smoke, hot("heat", 1)}).look, "fire");
+  const auto shadow = named("shadow");
+  EXPECT_EQ(look_of({smoke, hot("heat", 1), shadow}).look, "smoke");
+  EXPECT_EQ(look_of({smoke, hot("heat", 1), hot("flame", 1), shadow}).look, "fire");
+}
+
 TEST(Film, WithoutAFlameIsOfSmoke) {
   const SequenceScene sequence = chosen_for(film("smoke", {-1, 0, 1e-9}));
   EXPECT_EQ(sequence.look, "smoke");

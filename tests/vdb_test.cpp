@@ -250,6 +250,11 @@ TEST(VdbData, GridsBeforeTheCutCanBeRead) {
                                           " 120000; 1 more behind it cannot be found"),
             std::string::npos);
   EXPECT_NE(input_error([&] { vdb.read("density[1]"); }).find("is cut short"), std::string::npos);
+  // what is not there may have been cut off
+  EXPECT_NE(input_error([&] { vdb.check_whole(); }).find("2 grids are not whole"),
+            std::string::npos);
+  EXPECT_THROW(vdb.read("flame", {.empty = true}), Error);
+  VdbFile(data_dir() / "edge/three_same_names.vdb").check_whole();
 }
 
 TEST(VdbFileErrors, FilesThatAreNoneAreNamed) {

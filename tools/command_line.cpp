@@ -162,6 +162,10 @@ void CommandLine::print_help(bool all) const {
 }
 
 bool CommandLine::read(std::span<const std::string> arguments) {
+  if (arguments.size() == 1 && arguments.front() == "--help=all") {
+    print_help(true);
+    return false;
+  }
   if (arguments.size() == 1 && arguments.front().starts_with("--help=")) {
     const std::string name = get_name().substr(get_name().find(' ') + 1);
     std::cout << help_form(arguments.front())
@@ -237,7 +241,7 @@ void FrameOptions::add_to(CommandLine& line) {
                  "frames of a sequence, such as 1-100, 1-100x2 or 1-10,20 (default: all)");
   line.add_value("--auto-from", auto_from, "all|A-B[xS]",
                  "frames from which extinction, camera, range, look and exposure are chosen for "
-                 "all (default: the first, the middle, the last and the one that burns most)");
+                 "all (default: the first, the middle, the last, and those that burn most and hottest)");
   line.add_value("--missing", missing, "error|skip|hold",
                  "what to do about a frame without a file: refuse to start, leave it out, or take "
                  "the one before it")

@@ -63,23 +63,22 @@ void name_outputs(const RenderCall& call, FrameList& list) {
   }
 }
 
-/// Throws Error(input) unless each frame has its depths.
-void check_holdouts(const std::string& holdout, const FrameList& list) {
-  const auto depths = FramePattern::of_placeholder(holdout);
-  if (!depths) return;
+/// Throws Error(input) unless a file beside the volume is there for each frame.
+void check_beside(const std::string& option, const std::string& name, const FrameList& list) {
+  const auto files = FramePattern::of_placeholder(name);
+  if (!files) return;
   std::vector<int> missing;
   for (const Frame& frame : list.frames)
-    if (!std::filesystem::exists(LayerOfFile(depths->path(frame.number)).file))
+    if (!std::filesystem::exists(LayerOfFile(files->path(frame.number)).file))
       missing.push_back(frame.number);
   if (!missing.empty())
     throw Error(ExitCode::input,
-                "--holdout " + in_quotes(holdout) + " has no file for: " + frames_text(missing));
+                option + " " + in_quotes(name) + " has no file for: " + frames_text(missing));
 }
 
 /// The number of the frame that a single file is.
 int number_of(const std::string& file) {
-  const auto pattern = FramePattern::of_number(file);
-  const std::optional<int> number = pattern ? pattern->frame_of(file) : std::nullopt;
+  const std::optional<int> number = frame_number("", file);
   if (!number)
     usage("-o has a place for the number of a frame, and " + in_quotes(file) + " has none");
   return *number;
@@ -161,7 +160,9 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
     list.samples = {inputs.front()};
   }
   name_outputs(call, list);
-  check_holdouts(scene.holdout, list);
+  check_beside("--holdout", scene.holdout, list);
+  for (const std::string& volume : scene.volumes)
+    check_beside("--and", scene_of_volume(scene, volume).input, list);
   return list;
 }
 

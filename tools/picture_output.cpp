@@ -23,7 +23,7 @@
 namespace psivox {
 
 bool shows_background(const RenderCall& call) {
-  return call.output.empty() ? !call.movie.empty() : shows_background(call.output);
+  return call.output.empty() ? !call.movie.empty() : shows_background(call.output, call.format);
 }
 
 void write_picture(const RenderCall& call, const View& view, RenderReport& report) {

@@ -137,7 +137,7 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
   if (arguments.empty()) throw Error(ExitCode::usage, "no command given; psivox --help lists them");
   const std::string& name = arguments.front();
   if (name == "help" && arguments.size() > 1) return run({arguments[1], "--help"}, who);
-  if (name == "--help" || name == "--help-all" || name == "-h" || name == "help")
+  if (std::ranges::count(std::vector{"--help", "--help-all", "--help=all", "-h", "help"}, name))
     return print_help();
   if (name.starts_with("--help=")) return print_help_form(name);
   if (name == "--version") return print_version();

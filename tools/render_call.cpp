@@ -154,6 +154,9 @@ void check(const RenderCall& call, const Scene& scene) {
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
   if (call.follow && !call.camera_path.empty())
     usage("--follow moves the camera, and so does --camera-path: leave one of them out");
+  if (!call.camera.empty() && (call.follow || !call.camera_path.empty()))
+    usage("--export-camera writes one camera, and " +
+          std::string(call.follow ? "--follow" : "--camera-path") + " moves it; leave it out");
   if (!scene.holdout.empty() && (call.turntable || !call.camera_path.empty() || call.follow) &&
       !FramePattern::of_placeholder(scene.holdout))
     usage(

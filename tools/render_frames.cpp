@@ -3,7 +3,6 @@
 #include <future>
 #include <iostream>
 #include <nlohmann/json.hpp>
-#include <set>
 
 #include "base/memory.h"
 #include "base/stopwatch.h"
@@ -178,6 +177,10 @@ class FrameLoop {
   /// Ends the film, writes the statistics, and throws Error(input) if frames could not be read.
   void finish() {
     if (movie_) movie_->finish();
+    for (const auto& [notice, frames] : said_)
+      if (frames.size() > 1)
+        bar_.say(std::string(frames.size() > 2 ? "frames " : "frame ") +
+                 frames_text(std::span(frames).subspan(1)) + " too: " + notice);
     if (!movie_ && !call_.movie.empty())
       say("ffmpeg is not installed; with it, the same command" +
           std::string(holds_scene(call_.output) ? " and --resume" : "") + " makes the film");
@@ -229,9 +232,8 @@ class FrameLoop {
     drawn->report.drawn = read.session->draw(*marcher_, wish);
     drawn->view = read.session->view();
     drawn->view.scene = read.scene;
-    const std::string which = "frame " + std::to_string(frame.number) + ": ";
-    for (const std::string& notice : drawn->report.drawn.notices) say(notice, which);
-    say(blank_reason(drawn->view, drawn->report.drawn.image), which);
+    for (const std::string& notice : drawn->report.drawn.notices) say(notice, frame.number);
+    say(blank_reason(drawn->view, drawn->report.drawn.image), frame.number);
     drawn->report.total_ms = drawing.ms();
     ++drawn_;
     return drawn;
@@ -289,9 +291,13 @@ class FrameLoop {
     bar_.say("frame " + std::to_string(frame.number) + ": " + error.what());
   }
 
-  /// Says it once. `which`: the first frame of which it is true.
-  void say(const std::string& notice, const std::string& which = {}) {
-    if (!notice.empty() && !call_.quiet && said_.insert(notice).second) bar_.say(which + notice);
+  /// Says it once. `frame`: one of which it is true; finish() names the others.
+  void say(const std::string& notice, std::optional<int> frame = {}) {
+    if (notice.empty() || call_.quiet) return;
+    const bool first = !said_.contains(notice);
+    std::vector<int>& frames = said_[notice];
+    if (frame) frames.push_back(*frame);
+    if (first) bar_.say((frame ? "frame " + std::to_string(*frame) + ": " : "") + notice);
   }
 
   const RenderCall& call_;
@@ -304,7 +310,8 @@ class FrameLoop {
   ProgressBar bar_;
   Progress progress_ = bar_.progress();
   Stopwatch watch_;
-  std::set<std::string> said_;
+  std::map<std::string, std::vector<int>>
+      said_;  ///< notices, and the frames of which they are true
   std::vector<int> bad_;
   int drawn_ = 0;
   std::size_t standing_ = 0;
@@ -340,6 +347,8 @@ void render_frames(const RenderCall& call, const Scene& scene, const FrameList& 
   FrameMaker maker(call, scene, list, path);
   if (!call.quiet) print_choice(maker.sequence(), list, call.verbose);
   if (call.print_scene) std::cout << to_json(maker.sequence().scene) << std::flush;
+  if (call.print_scene && !call.quiet && (call.turntable || call.follow || path))
+    print_notice("the scene has one camera: give what moves it again beside --scene");
   if (!call.camera.empty()) {
     const Scene& chosen = maker.sequence().scene;
     write_camera(call.camera, make_camera(chosen, *maker.sequence().subject),

@@ -60,7 +60,7 @@ struct PictureFile {
 };
 
 /// Whether a look's background is wanted: not where a picture may be composited as it is.
-bool shows_background(const std::string& path);
+bool shows_background(const std::string& path, const WriteOptions& format = {});
 
 /// The metadata of a picture of that scene, except for the renderer's name.
 std::map<std::string, std::string> picture_metadata(const PictureFile& file, const Scene& scene);

@@ -41,6 +41,10 @@ class FramePattern {
   std::size_t digits_ = 0;      ///< to which numbers are padded; 0: numbers may have any padding
 };
 
+/// The frame that a file is: by the placeholder of the sequence's pattern, or, if that has none, by
+/// the last number in the file's name.
+std::optional<int> frame_number(const std::string& pattern, const std::string& path);
+
 inline constexpr int most_frames = 1000000;  ///< of a sequence
 
 /// Numbers of frames from `1-100`, `1-100x2` (every second) or several of them, `1-10,20`;
@@ -80,7 +84,9 @@ struct SequenceScene {
   std::string look;                        ///< `smoke`
   std::vector<Setting> settings;           ///< what the look has set
   std::shared_ptr<const Subject> subject;  ///< what the frames show, all together
-  std::vector<std::string> chosen_grids;   ///< see chosen_grids()
+  /// Of options of side grids: see chosen_grids(), and those that the scene names. A frame may lack
+  /// such a grid.
+  std::vector<std::string> chosen_grids;
   std::string dark_because = {};           ///< why the look is plain; see LookedScene
 };
 
@@ -99,7 +105,8 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
                                const std::string& open_look = "plain", bool background = true,
                                std::span<const std::string> files = {}, bool others_serve = false);
 
-/// The scene for one of the sequence's files, without grids of the look that the file lacks.
+/// The scene for one of the sequence's files, without grids of the look that the file lacks. A
+/// further volume whose name has a placeholder is the file of that frame.
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path);
 /// Reads one of the sequence's files for its scene. `empty`: grids without active voxels count, as
 /// zeros. Throws what open_scene throws.

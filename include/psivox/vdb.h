@@ -65,8 +65,8 @@ struct ReadOptions {
   GridRole role = GridRole::attenuation;
   bool strict = false;     ///< bad values and non-linear transforms are errors
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
-  /// A grid without active voxels is a field of zeros, not an error; so is any of a file without
-  /// grids.
+  /// A grid without active voxels is a field of zeros, not an error, and so is one that the file
+  /// lacks.
   bool empty = false;
   bool active = false;     ///< 1 at active voxels and tiles, in place of the values
   /// Taken in place of a background other than 0; unset: 0, and an error if `strict`.
@@ -138,6 +138,10 @@ class VdbFile {
   /// What tells that Z is up, such as `written by Blender`: the file's metadata, or names and
   /// metadata of its grids. Empty if nothing does.
   const std::string& z_up() const;
+
+  /// Throws Error(input) if a grid is cut off or damaged: then that a grid is not there says
+  /// nothing, as of a file that is still being copied.
+  void check_whole() const;
 
   /// One row per grid. Reads the trees, so that counts and boxes are true. Without `values` it
   /// reads no voxel's value of a .vdb that has positions; those are most of its bytes. Never throws

@@ -246,10 +246,15 @@ Copies copies_of(const Marcher& marcher, const View& view, bool discards) {
 
 std::string light_obstacle(const View& view) {
   try {
-    const double shine = light_bytes(view, light_channels(view));
+    const int light = light_channels(view);
+    const double shine = light_bytes(view, light), fields = density_bytes(view) + shine;
     const auto all = double(grid_memory(view.scene));
-    if (shine == 0 || all == 0 || density_bytes(view) + shine <= all) return {};
-    return too_much_light(view, shine, all).what();
+    if (shine == 0 || all == 0) return {};
+    if (fields > all) return too_much_light(view, shine, all).what();
+    const double limit = left_beside(fields, all);
+    const Needs needs = needs_of(view, light, {});
+    const double least = std::min(needs.whole(), needs.of_part(1));
+    return least <= limit ? "" : too_much_light(view, shine + least, all).what();
   } catch (const Error& error) {
     if (error.code() != ExitCode::memory) throw;
     return error.what();

@@ -35,8 +35,9 @@ std::string add_color_bar(const std::optional<ColorScale>& scale, const Display&
 
 }  // namespace
 
-bool shows_background(const std::string& path) {
-  return !holds_layers(path) && !path.ends_with(".tif");
+bool shows_background(const std::string& path, const WriteOptions& format) {
+  const bool tiff = path.ends_with(".tif") || path.ends_with(".tiff");
+  return !holds_layers(path) && (!tiff || format.bits);
 }
 
 std::map<std::string, std::string> picture_metadata(const PictureFile& file, const Scene& scene) {

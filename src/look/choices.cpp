@@ -116,11 +116,13 @@ constexpr Choice choices[] = {{"range", choose_range},          {"balance", choo
 constexpr const char* glowing_names[] = {"flame", "flames", "fire", "temperature",
                                          "heat",  "temp",   "fuel"};
 constexpr std::size_t flames = 3;
-constexpr double least_kelvin = 200, coldest = 800, hottest = 2300;
+constexpr double coldest = 800, hottest = 2300;  // that glow [kelvin]
+/// Heat above this is in kelvin.
+constexpr double least_kelvin = 200;
 /// Radiance of the flame's brightest hundredth, in its brightest channel.
 constexpr double brightest = 4, bright_part = 0.01;
 /// Solvers leave rounding where nothing burns.
-constexpr float no_flame = 1e-5f;
+constexpr double no_flame = 1e-5;
 
 }  // namespace
 
@@ -167,12 +169,16 @@ std::span<const char* const> flame_names(bool hot) {
 
 Flame find_flame(const VdbFile& file, const std::string& density) {
   for (const std::string grid : flame_names(true)) {
-    if (grid == density || file.channels(grid) != 1) continue;
+    const bool burns = std::ranges::count(flame_names(false), grid) > 0;
+    if ((grid == density && !burns) || file.channels(grid) != 1) continue;
+    // what burns has a flame there
+    if (!burns && file.z_up().find("Blender") != std::string::npos) return {};
     const Field field = file.read(grid, {.role = GridRole::data, .empty = true});
-    if (field.active_voxels && field.active_range && field.active_range->y > no_flame)
-      return {grid, double(field.active_range->y)};
-    // a flame's grid says that nothing burns
-    if (std::ranges::count(flame_names(false), grid)) return {};
+    const double greatest = field.active_range ? double(field.active_range->y) : 0;
+    const bool kelvin = greatest > (burns ? coldest : least_kelvin);
+    if (field.active_voxels && greatest > no_flame && (!kelvin || greatest > coldest))
+      return {grid, greatest, kelvin};
+    if (burns) return {};  // nothing does
   }
   return {};
 }
@@ -184,7 +190,9 @@ void set_flame(const Scene& asked, const VdbFile& file, const Flame& flame, Scen
   };
   set("emission-grid", &Scene::emission_grid, flame.grid);
   set("emission-color", &Scene::emission_color, EmissionColor::black_body);
-  if (flame.greatest <= least_kelvin) {
+  // a flame without smoke hides nothing
+  if (flame.grid == density_grid(asked, file)) set("extinction", &Scene::extinction, 0.0);
+  if (!flame.kelvin) {
     set("temperature-scale", &Scene::temperature_scale, (hottest - coldest) / flame.greatest);
     set("temperature-offset", &Scene::temperature_offset, coldest);
   }

@@ -44,6 +44,7 @@ const std::map<std::string, std::string>& embedded_looks();
 struct Flame {
   std::string grid;     ///< empty: none
   double greatest = 0;  ///< value
+  bool kelvin = false;  ///< its values are temperatures, at which bodies glow
 };
 
 /// Names of grids of flames; `hot`: and, after them, of heat, which may only drive a smoke.

@@ -152,13 +152,16 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const VectorPart part = vector_part(file, grid);
   if (!part.part.empty()) return look_of_vectors(scene, part, fields);
   const std::string grid_class = file.grid_class(grid);
-  if (grid_class == "level set" && is_level_set(scene, fields)) return "surface";
+  if (grid_class == "level set" && !is_given(scene, "mode") && is_level_set(scene, fields))
+    return "surface";
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
   if (grid_class == "scan") return "scan";  // air of a CT is below 0: its sign says nothing
   if (is_signed(density)) return "signed";
   if (scene.colormap) return "scan";
-  if (is_given(scene, "emission-grid") || !fields.flame(scene).grid.empty()) return "fire";
+  if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
+                                       : !fields.flame(scene).grid.empty())
+    return "fire";
   const bool known_fog =
       grid_class == "fog volume" && is_any_of(grid, {"density", "fog", "smoke", "cloud", "soot"});
   return is_scan(density, known_fog) ? "scan" : "smoke";
@@ -271,6 +274,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   KeptFields fields(file, parts);
   const bool by_itself = result.look == "auto";
   if (by_itself) {
+    file.check_whole();
     const bool surface = scene.shows(Shows::surface) || scene.isovalue;
     if (!surface && parts.allowed && stays_in_file(scene, fields))
       result.dark_because =
@@ -278,20 +282,25 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
           "holds them";
     result.look = result.dark_because.empty() ? suitable_look(scene, fields) : "plain";
   }
-  LookFile look = read_look(result.look);
+  const auto find_darkness = [&] {
+    if (by_itself && result.dark_because.empty())
+      result.dark_because = too_dark(result.scene, fields);
+  };
+  const LookFile look = read_look(result.look);
   take_open(scene, look.scene, background, result.scene);
-  if (by_itself && result.dark_because.empty())
-    result.dark_because = too_dark(result.scene, fields);
+  find_darkness();
+  if (result.dark_because.empty()) {
+    result.scene.look = "plain";
+    Choosing all{scene, fields, result.scene};
+    for (const std::string& what : look.choices)
+      if (leaves_to_look(scene, what)) choose(what, all);
+    find_darkness();  // colours take more
+  }
   if (!result.dark_because.empty()) {
     result.scene = scene;
     result.look = "plain";
-    look = read_look(result.look);
-    take_open(scene, look.scene, background, result.scene);
   }
   result.scene.look = "plain";
-  Choosing all{scene, fields, result.scene};
-  for (const std::string& what : look.choices)
-    if (leaves_to_look(scene, what)) choose(what, all);
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
   result.fields = fields.drawn(result.scene);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "base/text.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "scene/camera_file.h"
@@ -44,6 +45,15 @@ void check_picture(const Scene& scene, const std::vector<std::string>& layers, b
 
 namespace {
 
+/// What tells that a further volume lies on its side; empty if nothing does.
+std::string lying_notice(const Scene& own, const VdbFile& file, const LookedScene& first) {
+  const bool z_is_up =
+      own.up_axis == UpAxis::z || (own.up_axis == UpAxis::automatic && !first.fields.z_up.empty());
+  if (file.z_up().empty() || z_is_up || own.rotate != Scene{}.rotate) return {};
+  return in_quotes(own.input) + ": Z is up (" + file.z_up() +
+         "), but Y in this scene; rotate=-90,0,0 behind its name turns it";
+}
+
 /// Adds a further volume to a scene in its look: with what its own file's look says, of what a
 /// volume has for itself.
 void add_volume(const Scene& scene, std::string text, const std::string& open_look,
@@ -56,7 +66,13 @@ void add_volume(const Scene& scene, std::string text, const std::string& open_lo
       text += " " + setting.name + "=" + setting.text;
   const Scene shown = scene_of_volume(looked.scene, text);
   const bool read = fields_key(shown) == fields_key(of_file.scene);
-  looked.fields.others.push_back(read ? std::move(of_file.fields) : read_fields(shown, file));
+  MediumFields fields = read ? std::move(of_file.fields) : read_fields(shown, file);
+  if (std::string lying = lying_notice(own, file, looked); !lying.empty()) {
+    Field density = *fields.density;
+    density.notices.push_back(std::move(lying));
+    fields.density = std::make_shared<const Field>(std::move(density));
+  }
+  looked.fields.others.push_back(std::move(fields));
   looked.scene.volumes.push_back(std::move(text));
 }
 
@@ -65,6 +81,7 @@ void add_volume(const Scene& scene, std::string text, const std::string& open_lo
 OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOptions& options) {
   Scene first = scene;
   first.volumes.clear();
+  if (!scene.volumes.empty()) first.given.insert("mode");  // several are no surface
   OpenedScene opened{with_look(first, file, options.open_look, options.background, options.parts),
                      {}};
   for (const std::string& volume : scene.volumes)

@@ -295,6 +295,7 @@ void Draft::sort() {
 Image draft_picture(Scene scene, const MediumFields& fields) {
   scene.background.reset();
   scene.holdout.clear();
+  scene.holdout_depth = Scene{}.holdout_depth;
   scene = with_method(scene, draft_method(scene, *fields.density));
   scene.connectivity = Scene{}.connectivity;
   scene.resolution = {96, 54};

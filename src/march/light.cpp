@@ -349,7 +349,10 @@ View light_march(const View& view, const Beam& beam) {
   scene.integrator = view.medium.others.empty() ? Integrator::psi_weighted : Integrator::cell_exact;
   // between knots of values the attenuation is a cubic, whose depth is exact
   scene.split_knots = !view.medium.gradient;
-  if (scene.split_knots) scene.segments = 1;
+  if (scene.split_knots)
+    scene.segments = 1;
+  else if (scene.tolerance)
+    scene.segments = gradient_segments;
   scene.early_termination = beam.method.termination;
   scene.filter = Filter::exact;
   scene.pixel_samples = 1;

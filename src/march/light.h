@@ -44,6 +44,10 @@ std::vector<Beam> sky_beams(const View& view, int count);
 /// Directions of a sky whose light counts as exact.
 inline constexpr int exact_sky_count = 512;
 
+/// Segments of a cell by which a function of the gradient, along which it is no cubic, counts as
+/// integrated.
+inline constexpr int gradient_segments = 32;
+
 /// Blocks of 8^3 voxels of the density, by their first voxels.
 struct LightBlocks {
   std::span<const glm::ivec3> all;      ///< that hold a corner of a cell with attenuation

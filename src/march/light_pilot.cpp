@@ -32,12 +32,17 @@ struct Line {
   std::size_t points = 0;
 };
 
-/// A point that attenuates: the numbers of its line and of the point in it, and the optical depth
-/// of a step there.
+/// A step that attenuates: the number of its line, the place of its middle and its width in steps
+/// of the line, and its optical depth.
 struct Met {
-  std::uint32_t line, point;
-  double depth;
+  std::uint32_t line;
+  float width;
+  double place, depth;
 };
+
+/// Above this optical depth of a step, the ray sees no farther than a part of it: it is divided, as
+/// are those beside it, where the interpolated medium begins and ends.
+constexpr double dense = 0.5;
 
 /// Looks along lines, together with the other processes.
 class Looks {
@@ -59,14 +64,15 @@ class Looks {
     std::vector<std::vector<Met>> of_lines(lines.size());
     for (const std::vector<Met>& some : share_.of_all(own))
       for (const Met& point : some) of_lines[point.line].push_back(point);
-    for (std::vector<Met>& line : of_lines) std::ranges::sort(line, std::less{}, &Met::point);
+    for (std::vector<Met>& line : of_lines) std::ranges::sort(line, std::less{}, &Met::place);
     return of_lines;
   }
 
  private:
   void look_along(const Line& line, std::uint32_t number, double most,
                   std::vector<Met>& points) const {
-    double sum = 0;
+    double sum = 0, deepest = 0;
+    std::size_t divided = 0;  // steps before this one are
     for (std::size_t k = 0; k < line.points && sum < most;) {
       const glm::dvec3 point = line.first + double(k) * line.step;
       const glm::ivec3 voxel(glm::round(point));
@@ -75,7 +81,25 @@ class Looks {
         continue;
       }
       const double depth = line.length * attenuation(voxel);
-      if (depth > 0) points.push_back({number, std::uint32_t(k), depth});
+      if (depth > dense) {
+        if (k > divided) {
+          const bool known = !points.empty() && points.back().line == number &&
+                             points.back().place == double(k - 1);
+          if (known) {
+            sum -= points.back().depth;
+            points.pop_back();
+          }
+          deepest = depth;
+          sum += divide(line, number, k - 1, deepest, points);
+        }
+        divided = k + 2;
+        deepest = depth;
+      }
+      if (k < divided) {
+        sum += divide(line, number, k++, deepest, points);
+        continue;
+      }
+      if (depth > 0) points.push_back({number, 1, double(k), depth});
       sum += depth;
       const bool clear = depth == 0 && empty_is_clear_;
       const std::size_t skipped = clear ? density_.empty_steps(point, line.step) : 0;
@@ -83,10 +107,30 @@ class Looks {
     }
   }
 
-  double attenuation(const glm::ivec3& voxel) const {
-    const double value = density_.at(voxel).x;
+  /// Looks along parts of a step, beside which the depth of a step is up to `deepest`. Returns its
+  /// optical depth.
+  double divide(const Line& line, std::uint32_t number, std::size_t k, double deepest,
+                std::vector<Met>& points) const {
+    const glm::dvec3 middle = line.first + double(k) * line.step;
+    if (!share_.voxels.contains(glm::ivec3(glm::round(middle)))) return 0;
+    // where the medium begins the depth is deepest x^2 / 2: some parts to a depth of 1
+    const int parts = std::clamp(int(std::ceil(6 * std::sqrt(deepest))), 4, 512);
+    double sum = 0;
+    for (int i = 0; i < parts; ++i) {
+      const double place = double(k) - 0.5 + (i + 0.5) / parts;
+      const double depth = line.length / parts * attenuation(line.first + place * line.step);
+      if (depth > 0) points.push_back({number, 1 / float(parts), place, depth});
+      sum += depth;
+    }
+    return sum;
+  }
+
+  /// At a voxel, or at a point of index space.
+  template <typename Place>
+  double attenuation(const Place& place) const {
+    const double value = density_.at(place).x;
     if (!function_) return medium_.extinction * value;
-    const double slope = gradient_ ? gradient_->at(voxel).x : 0;
+    const double slope = gradient_ ? gradient_->at(place).x : 0;
     return medium_.extinction * function_->attenuation(value, slope);
   }
 
@@ -175,9 +219,10 @@ void LightPilot::place_points(double rays) {
       for (std::size_t i = 0; i < points_per_ray; ++i) {
         const double wanted = (double(i) + uniform()) / points_per_ray * opacities.back();
         const auto k = std::upper_bound(opacities.begin(), opacities.end() - 1, wanted);
-        const std::uint32_t place = met[std::size_t(k - opacities.begin())].point;
+        const Met& seen = met[std::size_t(k - opacities.begin())];
         // one of the cell's corners, each as often as its weight: the mean is the interpolation
-        const glm::dvec3 point = line.first + (place + uniform() - 0.5) * line.step;
+        const double place = seen.place + double(seen.width) * (uniform() - 0.5);
+        const glm::dvec3 point = line.first + place * line.step;
         const glm::dvec3 share(uniform(), uniform(), uniform());
         voxels_.push_back(
             glm::clamp(glm::ivec3(glm::floor(point + share)), domain.min, domain.max));
@@ -232,7 +277,7 @@ double LightPilot::mean_cells(double termination) const {
     double depth = 0;
     for (std::size_t i = 0; i < found[n].size() && depth < stop; ++i) {
       depth += found[n][i].depth;
-      cells += one.x + one.y + one.z;
+      cells += double(found[n][i].width) * (one.x + one.y + one.z);
     }
   }
   return lines.empty() ? 1 : cells / double(lines.size());

@@ -192,9 +192,11 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
                   MarchSetup& setup) {
   MarchParameters& p = setup.parameters;
   MarchConstants& c = setup.constants;
-  // Beyond a depth of 100 nothing is left that a float32 holds, also where rays never end early.
+  // Beyond a depth of 100 nothing is left that a float32 holds, also where rays never end early. Of
+  // rays towards a light the last octave has that depth.
   const double last = view.scene.resolved_early_termination();  // transmittance
-  p.stop_depth = last > 0 ? std::min(-std::log(last), 100.0) : 100.0;
+  const double most = 100 * std::exp2(view.scene.scatter_octaves - 1);
+  p.stop_depth = last > 0 ? std::min(-std::log(last), most) : most;
   if (setup.constants.from_back || view.scene.shows(Shows::depth)) p.stop_depth = 1e30;
   const DepthBounds depths = depth_bounds(view.medium, atlas);
   c.ends_early = depths.whole > p.stop_depth;

@@ -32,6 +32,12 @@ std::string modes_in_parts() {
   return joined(names, ", ") + " and " + last;
 }
 
+/// The field with a notice.
+std::shared_ptr<const Field> noted(Field field, const std::string& what) {
+  field.notices.push_back("grid " + in_quotes(field.name) + ": " + what);
+  return std::make_shared<const Field>(std::move(field));
+}
+
 /// The field at the scene's level of detail, which it may have already.
 std::shared_ptr<const Field> at_level(const Scene& scene, Field field, bool is_coarse = false) {
   if (scene.lod == 0) return std::make_shared<const Field>(std::move(field));
@@ -129,8 +135,12 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
     auto field = read(scene, file, name, options_of(scene, GridRole::luminance, empty));
     return field->name == fields.density->name && !data ? fields.density : field;
   };
-  if (scene.shines() && !scene.luminance_grid.empty())
+  if (scene.shines() && !scene.luminance_grid.empty()) {
     fields.luminance = luminance(scene.luminance_grid);
+    if (scene.lit() && fields.luminance->world_from_index != fields.density->world_from_index)
+      fields.luminance = noted(*fields.luminance,
+                               "beside light, its luminance is taken at the density's voxels");
+  }
   for (const EmissionOptions& emission : emission_options) {
     const std::string& name = scene.*emission.grid;
     if (name.empty() || !(scene.*emission.scale > 0)) continue;

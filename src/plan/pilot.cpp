@@ -4,6 +4,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 
+#include "march/light.h"
 #include "plan/plan.h"
 
 namespace psivox {
@@ -160,7 +161,8 @@ View with_method(View view, const Method& method) {
 
 Method exact_method(const View& view) {
   // with a gradient the attenuation along a cell is not a cubic
-  if (view.medium.gradient) return {.integrator = Integrator::psi_exact, .segments = 32};
+  if (view.medium.gradient)
+    return {.integrator = Integrator::psi_exact, .segments = gradient_segments};
   // a depth alone is Simpson's rule in a segment, unless the function has knots in it
   if (!view.scene.composites() && !(view.scene.attenuates() && view.medium.transfer))
     return {.integrator = Integrator::psi_weighted, .segments = 1};

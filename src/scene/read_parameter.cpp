@@ -268,6 +268,13 @@ void assign(const Parameter& p, std::string_view text, T& target) {
   target = value;
 }
 
+/// A name or a file; `none` is none where that is the default.
+void assign(const Parameter& p, std::string_view text, std::string& target) {
+  std::string value;
+  if (!read(p, text, value)) refuse(p, text, value);
+  target = text == "none" && p.default_text == "none" ? "" : value;
+}
+
 template <typename T>
 void assign(const Parameter& p, std::string_view text, std::optional<T>& target) {
   if (text == p.unset) {

@@ -49,13 +49,13 @@ Span read_span(const std::string& item, const std::string& option, const std::st
   Span span;
   const std::size_t x = item.find('x');
   const std::string ends = item.substr(0, x);
-  const std::size_t dash = ends.find('-');
+  const std::size_t dash = ends.find('-', 1);  // a first one is a sign
   bool good = read_number(ends.substr(0, dash), span.first);
   span.last = span.first;
   if (dash != std::string::npos) good &= read_number(ends.substr(dash + 1), span.last);
   if (x != std::string::npos)
     good &= dash != std::string::npos && read_number(item.substr(x + 1), span.step);
-  if (!good || span.first < 0 || span.last < span.first || span.step < 1)
+  if (!good || span.last < span.first || span.step < 1)
     refuse_frames(option, text);
   return span;
 }
@@ -119,8 +119,8 @@ std::optional<SequenceFiles> frames_within(const std::string& path) {
   }
 }
 
-/// The most files that are searched for a flame.
-constexpr std::size_t most_surveyed = 64;
+/// The most files that are searched for a flame, and voxels of flames whose values are read.
+constexpr std::size_t most_surveyed = 64, most_read = 1 << 26;
 
 /// Voxels that burn; unset if the file has no grid of a flame, or cannot be read.
 std::optional<std::uint64_t> burning_voxels(const std::string& path) {
@@ -134,6 +134,36 @@ std::optional<std::uint64_t> burning_voxels(const std::string& path) {
   } catch (const Error&) {  // drawing it will say why
   }
   return {};
+}
+
+/// The greatest value of a file's flame; 0 if it cannot be read.
+double greatest_flame(const std::string& path) {
+  try {
+    return find_flame(VdbFile(path), "").greatest;
+  } catch (const Error&) {  // drawing it will say why
+    return 0;
+  }
+}
+
+/// Adds the file in which most voxels burn, and that of the hottest flame: a blast is over when its
+/// flame is largest. Where there are many voxels, a part of the files is read.
+void add_brightest(std::span<const std::string> paths,
+                   const std::map<std::size_t, std::uint64_t>& burning,
+                   std::set<std::size_t>& samples) {
+  if (burning.empty()) return;
+  std::uint64_t voxels = 0;
+  for (const auto& [n, own] : burning) voxels += own;
+  std::size_t number = 0, hottest = 0;
+  double greatest = 0;
+  for (const auto& [n, own] : burning) {
+    if (number++ % (1 + voxels / most_read)) continue;
+    const double here = greatest_flame(paths[n]);
+    if (here > greatest) hottest = n;
+    greatest = std::max(greatest, here);
+  }
+  if (greatest > 0) samples.insert(hottest);
+  samples.insert(
+      std::ranges::max_element(burning, {}, [](const auto& b) { return b.second; })->first);
 }
 
 }  // namespace
@@ -163,9 +193,13 @@ std::optional<FramePattern> FramePattern::of_number(const std::string& path) {
   const std::size_t last = path.find_last_of("0123456789", end ? end - 1 : 0);
   if (last == std::string::npos || last < name) return {};
   const std::size_t before = path.find_last_not_of("0123456789", last);
+  std::size_t first = std::max(before == std::string::npos ? 0 : before + 1, name);
+  // `fire.-012.vdb` is before frame 0, and `fire-012.vdb` is not
+  if (first > name && path[first - 1] == '-' &&
+      (first - 1 == name || path[first - 2] == '.' || path[first - 2] == '_'))
+    --first;
   FramePattern pattern;
-  const std::size_t first = before == std::string::npos ? 0 : before + 1;
-  pattern.before_ = path.substr(0, std::max(first, name));
+  pattern.before_ = path.substr(0, first);
   pattern.after_ = path.substr(last + 1);
   return pattern;
 }
@@ -185,7 +219,7 @@ std::optional<int> FramePattern::frame_of(const std::string& path) const {
   const std::string number =
       path.substr(before_.size(), path.size() - before_.size() - after_.size());
   int frame = 0;
-  if (number.size() > most_digits || number[0] == '-' || !read_number(number, frame)) return {};
+  if (number.size() > most_digits || !read_number(number, frame)) return {};
   const bool padded = digits_ > 0;
   if (padded && number.size() < digits_) return {};
   if (padded && number.size() > digits_ && number[0] == '0') return {};
@@ -208,6 +242,12 @@ std::map<int, std::string> FramePattern::files() const {
     if (const std::optional<int> frame = frame_of(path)) found.emplace(*frame, path);
   }
   return found;
+}
+
+std::optional<int> frame_number(const std::string& pattern, const std::string& path) {
+  std::optional<FramePattern> names = FramePattern::of_placeholder(pattern);
+  if (!names) names = FramePattern::of_number(path);
+  return names ? names->frame_of(path) : std::nullopt;
 }
 
 std::vector<int> read_frames(const std::string& text, const std::string& option) {
@@ -293,17 +333,13 @@ std::vector<std::string> auto_samples(const SequenceFiles& files) {
   const bool may_burn = std::ranges::any_of(
       samples, [&](std::size_t n) { return burning_voxels(paths[n]).has_value(); });
   if (may_burn && paths.size() > samples.size()) {
-    std::size_t most = 0;
-    std::uint64_t voxels = 0;
+    std::map<std::size_t, std::uint64_t> burning;  // voxels of files
     const std::size_t count = std::min(paths.size(), most_surveyed);
     for (std::size_t i = 0; i < count; ++i) {
       const std::size_t n = i * (paths.size() - 1) / (count - 1);
-      if (const std::uint64_t burning = burning_voxels(paths[n]).value_or(0); burning > voxels) {
-        voxels = burning;
-        most = n;
-      }
+      if (const std::uint64_t voxels = burning_voxels(paths[n]).value_or(0)) burning[n] = voxels;
     }
-    if (voxels > 0) samples.insert(most);
+    add_brightest(paths, burning, samples);
   }
   std::vector<std::string> chosen;
   for (const std::size_t n : samples) chosen.push_back(paths[n]);

@@ -21,10 +21,56 @@ struct Sample {
   bool dark = false;  ///< the density is 0 everywhere: its extinction means nothing
 };
 
-Sample sample_of(Scene scene, const std::string& path, const std::string& open_look,
-                 bool background) {
+/// Whether a file has the side grid that an option of the scene names.
+bool has_grid(const VdbFile& file, const Scene& scene, const std::string& option) {
+  return !albedo_grids(file, parameter_text(scene, option)).empty();
+}
+
+/// The options of side grids that the scene names and one of the files has.
+std::vector<std::string> named_grids(const Scene& scene, std::span<const std::string> paths) {
+  std::vector<std::string> options;
+  for (const Parameter& p : parameters())
+    if (names_side_grid(p) && !has_default(scene, p) &&
+        std::ranges::any_of(
+            paths, [&](const std::string& path) { return has_grid(VdbFile(path), scene, p.name); }))
+      options.push_back(p.name);
+  return options;
+}
+
+/// The scene for a file of the sequence: with the files of that frame as further volumes, and
+/// without those of the side grids that the file lacks.
+Scene scene_for(Scene scene, const VdbFile& file, const std::string& path,
+                std::span<const std::string> side_grids) {
+  for (const std::string& option : side_grids)
+    if (!has_grid(file, scene, option)) {
+      file.check_whole();
+      set_default(scene, *find_parameter(option));
+    }
+  if (const std::optional<int> number = frame_number(scene.input, path))
+    for (std::string& volume : scene.volumes) {
+      const std::string name = scene_of_volume(scene, volume).input;
+      if (const auto pattern = FramePattern::of_placeholder(name))
+        volume = pattern->path(*number) + volume.substr(name.size());
+    }
   scene.input = path;
-  auto [looked, view] = open_scene(scene, VdbFile(path), {open_look, background});
+  return scene;
+}
+
+/// How samples are opened.
+struct SampleOptions {
+  std::string open_look;
+  bool background = true;
+  std::vector<std::string> side_grids;  ///< see named_grids()
+};
+
+Sample sample_of(const Scene& scene, const std::string& path, const SampleOptions& options) {
+  const VdbFile file(path);
+  const Scene own = scene_for(scene, file, path, options.side_grids);
+  auto [looked, view] = open_scene(own, file, {options.open_look, options.background});
+  // with what their looks have added, but as the sequence names them
+  for (Scene* const resolved : {&looked.scene, &view.scene})
+    for (std::size_t i = 0; i < own.volumes.size(); ++i)
+      resolved->volumes[i].replace(0, own.volumes[i].size(), scene.volumes[i]);
   const bool dark = looked.fields.density->stored_range == glm::vec2(0);
   looked.fields = {};
   return {std::move(looked), std::move(view.scene), std::move(view.subject), dark};
@@ -139,11 +185,13 @@ Subject all_subjects(const std::vector<Sample>& samples) {
   return all;
 }
 
-/// Active voxels of a file's density; unset if it cannot be read.
+/// Active voxels of a file's density; unset if the file cannot be read whole.
 std::optional<std::uint64_t> active_voxels(Scene scene, const std::string& path) {
   try {
     scene.input = path;
-    return read_fields(scene, VdbFile(path), true).density->active_voxels;
+    const VdbFile file(path);
+    file.check_whole();
+    return read_fields(scene, file, true).density->active_voxels;
   } catch (const Error& error) {
     if (error.code() != ExitCode::input) throw;
     return {};
@@ -179,20 +227,19 @@ std::vector<std::string> readable(const Scene& scene, std::span<const std::strin
 /// A sample of each file, or in place of one that is empty of the nearest that is not; of one file,
 /// if the scene leaves nothing open.
 std::vector<Sample> samples_of(const Scene& scene, std::vector<std::string>& paths,
-                               std::span<const std::string> all, const std::string& open_look,
-                               bool background) {
+                               std::span<const std::string> all, const SampleOptions& options) {
   std::vector<Sample> samples;
   const auto is_full = [&](const std::string& path) {
     return active_voxels(scene, path).value_or(0) > 0;
   };
   for (std::string& path : paths) {
     try {
-      samples.push_back(sample_of(scene, path, open_look, background));
+      samples.push_back(sample_of(scene, path, options));
     } catch (const Error& error) {
       if (error.code() != ExitCode::input || active_voxels(scene, path) != 0) throw;
       const std::string full = nearest(all, path, is_full);
       if (!full.empty() && !std::ranges::count(paths, full)) {
-        samples.push_back(sample_of(scene, path = full, open_look, background));
+        samples.push_back(sample_of(scene, path = full, options));
       } else {
         if (samples.empty() && &path == &paths.back()) throw;
         continue;
@@ -205,15 +252,18 @@ std::vector<Sample> samples_of(const Scene& scene, std::vector<std::string>& pat
   return samples;
 }
 
-double least_exposure(const Scene& scene, std::span<const std::string> paths) {
-  double least = std::numeric_limits<double>::infinity();
+/// The least exposure that suits a file with light; 0 if none has any.
+double least_exposure(const SequenceScene& sequence, std::span<const std::string> paths) {
+  std::optional<double> least;
   for (const std::string& path : paths) {
-    Scene one = scene;
-    one.input = path;
-    const Image draft = draft_picture(one, read_fields(one, VdbFile(path)));
-    least = std::min(least, auto_exposure(draft, scene.tone_map));
+    const VdbFile file(path);
+    const Scene one = frame_scene(sequence, file, path);
+    const Image draft = draft_picture(one, read_fields(one, file, /*empty=*/true));
+    if (std::ranges::all_of(draft.rgba(), [](float value) { return value == 0; })) continue;
+    const double exposure = auto_exposure(draft, one.tone_map);
+    least = std::min(least.value_or(exposure), exposure);
   }
-  return least;
+  return least.value_or(0);
 }
 
 }  // namespace
@@ -228,32 +278,35 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
     common.grid = common_grid(paths);
     if (others_serve) paths = readable(common, wanted, files);  // those that have the grid
   }
-  std::vector<Sample> samples = samples_of(common, paths, files, open_look, background);
+  const SampleOptions options{open_look, background, named_grids(scene, paths)};
+  std::vector<Sample> samples = samples_of(common, paths, files, options);
   const std::string look = common_look(samples);
   if (look != "plain") {
     common.look = look;
     if (std::ranges::any_of(samples, [&](const Sample& s) { return s.looked.look != look; }))
-      samples = samples_of(common, paths, files, open_look, background);
+      samples = samples_of(common, paths, files, options);
   }
   const std::size_t base = std::size_t(&densest(samples) - samples.data());
   if (scene.attenuates()) common.extinction = extinction_of(samples[base]);
   take_range(samples, common);
   take_temperatures(samples, common);
   // brightness depends on what was settled so far
-  if (look != "plain" && samples.size() > 1)
-    samples = samples_of(common, paths, files, open_look, background);
+  if (look != "plain" && samples.size() > 1) samples = samples_of(common, paths, files, options);
 
   SequenceScene result{samples[base].scene, look, {}, {}, {}};
   result.scene.range = common.range;
   result.scene.temperature_scale = common.temperature_scale;
   result.scene.temperature_offset = common.temperature_offset;
   take_brightness(samples, result.scene);
+  for (const std::string& option : options.side_grids)  // the base may lack it
+    copy_parameter(scene, result.scene, *find_parameter(option));
   const auto subject = std::make_shared<const Subject>(all_subjects(samples));
   keep_camera(result.scene,
               make_camera(with_planes(samples[base].looked.scene, *subject), *subject));
   result.subject = subject;
-  if (!scene.exposure) result.scene.exposure = least_exposure(result.scene, paths);
   result.chosen_grids = chosen_grids(scene, result.scene);
+  for (const std::string& option : options.side_grids) result.chosen_grids.push_back(option);
+  if (!scene.exposure) result.scene.exposure = least_exposure(result, paths);
   for (const Sample& sample : samples)
     if (result.dark_because.empty()) result.dark_because = sample.looked.dark_because;
   result.scene.input = scene.input;
@@ -270,12 +323,7 @@ std::vector<std::string> chosen_grids(const Scene& asked, const Scene& shown) {
 }
 
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path) {
-  Scene scene = sequence.scene;
-  scene.input = path;
-  for (const std::string& option : sequence.chosen_grids)
-    if (albedo_grids(file, parameter_text(scene, option)).empty())
-      set_default(scene, *find_parameter(option));
-  return scene;
+  return scene_for(sequence.scene, file, path, sequence.chosen_grids);
 }
 
 OpenedScene open_frame(const SequenceScene& sequence, const VdbFile& file, const std::string& path,

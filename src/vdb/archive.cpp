@@ -64,6 +64,7 @@ void Archive::read_header() {
 
 void Archive::read_directory() {
   const auto count = take<std::int32_t>(stream_);
+  lost_ = std::max(count, 0);
   for (std::int32_t i = 0; i < count; ++i) {
     GridEntry entry;
     try {
@@ -82,8 +83,11 @@ void Archive::read_directory() {
       entry.problem += "; " + std::to_string(count - i - 1) + " more behind it cannot be found";
     }
     if (has_places_ && end_is_known) stream_.seekg(entry.end);
+    lost_ -= entry.end <= file_->size();
     entries_.push_back(std::move(entry));
-    if (!end_is_known) return;
+    if (end_is_known) continue;
+    if (!has_places_) lost_ = 0;  // behind a grid of a foreign type they are there, but not found
+    return;
   }
 }
 

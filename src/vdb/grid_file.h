@@ -42,6 +42,9 @@ class GridFile {
   /// The entries in file order.
   const std::vector<GridEntry>& entries() const { return entries_; }
 
+  /// Number of grids that are cut off or damaged; entries may list them.
+  int lost() const { return lost_; }
+
   /// Throws Error(input) if there is none.
   const GridEntry& find(const std::string& name) const { return named(entries_, name, path()); }
 
@@ -73,6 +76,7 @@ class GridFile {
   FileBuffer buffer_;
   std::istream stream_{&buffer_};  ///< throws where the file ends
   std::vector<GridEntry> entries_;
+  int lost_ = 0;
 };
 
 /// A grid of a file: its head and topology, which are in memory, and its leaves, which are read

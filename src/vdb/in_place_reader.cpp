@@ -146,6 +146,7 @@ class InPlaceReader final : public Reader {
     const auto grids = open_grids(file_, progress_);
     FileFacts facts;
     facts.metadata = grids->metadata();
+    facts.lost = grids->lost();
     std::vector<std::string> names;
     std::vector<MetadataText> metadata;
     for (const GridEntry& entry : grids->entries()) {

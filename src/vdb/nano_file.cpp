@@ -213,6 +213,7 @@ class NanoFile final : public GridFile {
       if (stored_[n].bytes > size - at) {
         entries_[n].problem = "is cut short: it needs " + std::to_string(stored_[n].bytes) +
                               " bytes, the file has " + std::to_string(size - at) + " for it";
+        ++lost_;
         at = size;
       } else {
         at += stored_[n].bytes;

@@ -27,6 +27,7 @@ struct FileFacts {
   std::vector<GridFacts> grids;  ///< in file order
   std::map<std::string, std::string> metadata{};
   std::string z_up{};
+  int lost = 0;  ///< number of its grids that are cut off or damaged
 };
 
 /// What VdbFile does with an open file; VdbFile documents the functions. They take grids by

@@ -152,6 +152,15 @@ const std::map<std::string, std::string>& VdbFile::metadata() const {
 
 const std::string& VdbFile::z_up() const { return impl_->facts.z_up; }
 
+void VdbFile::check_whole() const {
+  const int lost = impl_->facts.lost;
+  if (lost > 0)
+    throw Error(ExitCode::input,
+                impl_->path() + formatted(": is cut short: %d grid%s not whole; --look smoke draws "
+                                          "what is there",
+                                          lost, lost == 1 ? " is" : "s are"));
+}
+
 std::vector<GridInfo> VdbFile::info(bool values) const {
   if (impl_->frame.empty()) return impl_->reader->info("", values);
   std::vector<GridInfo> one = impl_->reader->info(impl_->in_reader(names().front()), values);
@@ -201,10 +210,13 @@ std::string VdbFile::default_grid(bool empty) const {
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
-  if (options.empty && impl_->facts.grids.empty()) {
+  if (options.empty && !impl_->find(grid)) {
+    check_whole();
     Field nothing;
     nothing.name = grid;
     nothing.active_box = {glm::ivec3(0), glm::ivec3(0)};
+    nothing.notices.push_back("grid " + in_quotes(grid) +
+                              " is not in the file, and counts as empty");
     return nothing;
   }
   const std::string in_reader = impl_->in_reader(grid);
