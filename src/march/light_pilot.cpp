@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <numeric>
 #include <optional>
 #include <random>
 
@@ -21,6 +22,9 @@ constexpr std::size_t points_per_ray = 16;
 /// the points' noise makes the mean square uncertain by sqrt(2) n / 16 / sqrt(400): a quarter of it
 /// for 50 voxels. Of small pictures one ray in 28 will do, 144 at least.
 constexpr double most_light_rays = 400, some_light_rays = 144, fewest_light_rays = 64;
+/// Rays from which those are drawn, and how many are looked along at once.
+constexpr double drawn_from = 1024;
+constexpr std::size_t at_once = 64;
 
 /// What lies behind this transmittance is not looked at.
 constexpr double least_transmittance = 1e-6, most_depth = 14;
@@ -194,9 +198,10 @@ void LightPilot::place_points(double rays) {
   const Box domain = medium.density->domain();
   std::mt19937 random(1);
   const auto uniform = [&] { return double(random()) / 4294967296.0; };
-  const glm::ivec2 size = rays_of(view_.scene.resolution, rays);
-  all_rays_ = std::size_t(size.x) * std::size_t(size.y);
-  std::vector<double> opacities;  // of a ray up to each point that attenuates
+
+  std::vector<Line> lines;
+  std::vector<glm::dvec3> directions;
+  const glm::ivec2 size = rays_of(view_.scene.resolution, std::max(drawn_from, rays));
   for (int y = 0; y < size.y; ++y)
     for (int x = 0; x < size.x; ++x) {
       const WorldRay ray = camera_ray(view_.camera, size, x + uniform(), y + uniform());
@@ -205,29 +210,58 @@ void LightPilot::place_points(double rays) {
       const double begin = std::max(inside.x, 0.0);
       if (!(inside.y > begin)) continue;
       const double step = 1 / glm::length(way);  // a voxel
-      const Line line{from + (begin + 0.5 * step) * way, step * way, step,
-                      std::size_t(std::ceil((inside.y - begin) / step))};
-      const std::vector<Met> met = looks.met({&line, 1}, most_depth).front();
-      double T = 1;
-      opacities.clear();
-      for (std::size_t i = 0; i < met.size() && T > least_transmittance; ++i) {
-        T *= std::exp(-met[i].depth);
-        opacities.push_back(1 - T);
-      }
-      if (opacities.empty() || !(opacities.back() > 0)) continue;
-      rays_.push_back({voxels_.size(), opacities.back(), ray.direction});
+      lines.push_back({from + (begin + 0.5 * step) * way, step * way, step,
+                       std::size_t(std::ceil((inside.y - begin) / step))});
+      directions.push_back(ray.direction);
+    }
+
+  std::vector<double> opacities;  // of a ray up to each step that attenuates
+  const auto look = [&](const std::vector<Met>& met) {
+    double T = 1;
+    opacities.clear();
+    for (std::size_t i = 0; i < met.size() && T > least_transmittance; ++i) {
+      T *= std::exp(-met[i].depth);
+      opacities.push_back(1 - T);
+    }
+    return opacities.empty() ? 0.0 : opacities.back();
+  };
+  std::vector<double> weights;
+  for (std::size_t first = 0; first < lines.size(); first += at_once) {
+    const auto some = std::span(lines).subspan(first, std::min(at_once, lines.size() - first));
+    for (const std::vector<Met>& met : looks.met(some, most_depth)) {
+      const double opacity = look(met);
+      weights.push_back(opacity * opacity);
+    }
+  }
+
+  const auto all_rays = double(size.x) * double(size.y);
+  const auto hits = double(std::ranges::count_if(weights, [](double w) { return w > 0; }));
+  const double count =
+      std::min(hits, std::max(std::ceil(rays * hits / all_rays), fewest_light_rays));
+  const double apart = std::accumulate(weights.begin(), weights.end(), 0.0) / count;
+  if (!(apart > 0)) return;
+  ray_share_ = apart / all_rays;
+  double next = apart * uniform(), sum = 0;
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    sum += weights[n];
+    if (!(sum > next)) continue;
+    const std::vector<Met> met = looks.met({&lines[n], 1}, most_depth).front();
+    const double opacity = look(met);
+    for (; sum > next; next += apart) {
+      rays_.push_back({voxels_.size(), opacity, directions[n]});
       for (std::size_t i = 0; i < points_per_ray; ++i) {
-        const double wanted = (double(i) + uniform()) / points_per_ray * opacities.back();
+        const double wanted = (double(i) + uniform()) / points_per_ray * opacity;
         const auto k = std::upper_bound(opacities.begin(), opacities.end() - 1, wanted);
         const Met& seen = met[std::size_t(k - opacities.begin())];
         // one of the cell's corners, each as often as its weight: the mean is the interpolation
         const double place = seen.place + double(seen.width) * (uniform() - 0.5);
-        const glm::dvec3 point = line.first + place * line.step;
+        const glm::dvec3 point = lines[n].first + place * lines[n].step;
         const glm::dvec3 share(uniform(), uniform(), uniform());
         voxels_.push_back(
             glm::clamp(glm::ivec3(glm::floor(point + share)), domain.min, domain.max));
       }
     }
+  }
 }
 
 std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) const {
@@ -318,7 +352,7 @@ LightError LightPilot::error(const std::vector<glm::dvec3>& light,
     }
     constexpr double pairs = double(points_per_ray * (points_per_ray - 1));
     const glm::dvec3 square = (total * total - squares) / pairs;
-    const double share = ray.opacity * ray.opacity * (square.x + square.y + square.z);
+    const double share = ray_share_ * (square.x + square.y + square.z);
     sum += share;
     sum_of_squares += share * share;
     const glm::dvec3 mean = glm::abs(total) * (ray.opacity / double(points_per_ray));
@@ -326,7 +360,7 @@ LightError LightPilot::error(const std::vector<glm::dvec3>& light,
   }
   // the mean and its standard error: a sample that happens to miss little proves little
   const double squares = std::max(sum, 0.0) + std::sqrt(sum_of_squares);
-  return {std::sqrt(squares / (4 * double(all_rays_))), max};
+  return {std::sqrt(squares / 4), max};
 }
 
 }  // namespace psivox

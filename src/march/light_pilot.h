@@ -41,7 +41,8 @@ LightError sum(const LightError& a, const LightError& b);
 
 /// Some points of a picture, spread over its rays by what is seen of them, and the exact light at
 /// voxels beside them. From what a computed light misses there it estimates what the picture
-/// misses.
+/// misses. Rays are drawn by the square of their opacity, by which their light's error counts: a
+/// small opaque thing in a thin haze is looked at.
 class LightPilot {
  public:
   /// Exact optical depths from some voxels towards a beam, through the whole medium.
@@ -91,8 +92,8 @@ class LightPilot {
   Depths exact_;
   const LitLuminance& luminance_;
   const LightShare& share_;
-  std::vector<Ray> rays_;  ///< those that meet the medium
-  std::size_t all_rays_ = 0;
+  std::vector<Ray> rays_;
+  double ray_share_ = 0;  ///< of the picture's mean square, times the square of a ray's mean error
   std::vector<glm::ivec3> voxels_;  ///< points_per_ray of each ray
   std::vector<glm::dvec3> truth_;   ///< luminance there
 };
