@@ -177,7 +177,7 @@ t 0 - render "$S" -o a.exr --stats /dev/null $R
 # 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
 t 0 rms compare a.png b.exr --max-abs 2.6e-5
 t 0 - render "$S" -o a.tif --bits 16 --resolution 32x32 -q
-t 0 '"background": \[' render --scene a.tif --print-scene -q # of the look, as in a .png
+t 0 '"background": [' render --scene a.tif --print-scene -q # of the look, as in a .png
 t 0 - render "$S" -o a.tif --bits 16 $R
 t 0 - render "$S" --emission-grid none --holdout none --environment none -o a.exr $R
 t 0 rms compare a.tif b.exr --max-abs 2.6e-5
@@ -380,7 +380,7 @@ t 3 "there is no such file" render "$S" -o a.exr --environment none.hdr $R
 t 2 "exclude each other" render "$S" -o a.exr --environment map.exr --sky 1,1,1 $R
 t 2 "give it too" render "$S" -o a.exr --environment-rotation 30 $R
 t 2 "give it too" render "$S" -o a.exr --background environment $R
-t 3 "has no grid" render "$S" -o a.exr --light 0,-1,0 --albedo-grid none $R
+t 3 "has no grid" render "$S" -o a.exr --light 0,-1,0 --albedo-grid nowhere $R
 t 0 - render "$S" -o a.exr --colormap viridis --color-bar $C
 t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0
@@ -557,7 +557,7 @@ t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --backgrou
 t 2 "expected none or #rrggbb, a name of CSS" render "$S" -o b.png $R --background oranje
 # Other formats are named, with what reads them.
 printf 'NRRD0005\n' >x.vdb
-t 3 "x.vdb: has values of type" info x.vdb
+t 3 "x.vdb: its header has no 'type'" info x.vdb
 printf '\037\213' >x.nii.gz
 t 3 "x.nii.gz: is a damaged gzip" render x.nii.gz -o a.png
 t 0 - render "$S" -o camera.exr $R

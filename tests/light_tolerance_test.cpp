@@ -152,6 +152,77 @@ TEST_F(LitTolerance, ASkyHasTheDirectionsThatItsPhaseTakes) {
   }
 }
 
+/// A picture within a tolerance against the reference, whose estimate does not say far less.
+void expect_kept(const LitScene& lit, double E, double honesty) {
+  const Image truth = Session(lit_view(lit, {})).draw(*open_reference()).image;
+  const Drawn drawn = Session(lit_view(lit, E)).draw(*Gpu::renderer());
+  const double rms = compare_images(drawn.image, truth).rms, estimate = drawn.plan->chosen.rms;
+  std::printf("  %-12s %.0e: rms %.2f E, estimate %.2f E, light by %s\n", lit.name, E, rms / E,
+              estimate / E, drawn.light->method.c_str());
+  EXPECT_LE(rms, E) << lit.name;
+  EXPECT_GE(estimate, rms / honesty) << lit.name;
+}
+
+TEST_F(LitTolerance, HoldsWhereARaySeesAPartOfAVoxel) {
+  Scene scene = lit_by({}, 47);
+  scene.resolution = {48, 32};
+  scene.sky = white;
+  scene.azimuth = 11;
+  scene.elevation = -43;
+  const auto box = make_field({{0, 0, 0}, {7, 11, 3}}, [](glm::ivec3) { return 1.0f; });
+  expect_kept({"dense box", scene, box}, 1e-3, 3);
+  scene.extinction = 5;
+  scene.scatter_octaves = 3;
+  expect_kept({"octaves", scene, box}, 1e-3, 3);
+}
+
+TEST_F(LitTolerance, HoldsForSmallThingsInAHaze) {
+  const auto density = make_field({{0, 0, 0}, {21, 3, 14}}, [](glm::ivec3 v) {
+    if (v == glm::ivec3(4, 2, 9)) return 50.0f;
+    if (v == glm::ivec3(5, 1, 2)) return 40.0f;
+    return v == glm::ivec3(10, 3, 13) ? 20.0f : 5e-4f;
+  });
+  Scene scene = looking(lit_by({}, 0.17), {-33, -2, 22.5}, {10.5, 1.5, 7}, 48);
+  scene.resolution = {48, 32};
+  scene.sky = white;
+  expect_kept({"haze", scene, density}, 1e-3, 3);
+}
+
+TEST_F(LitTolerance, OctavesEndWhereTheLastOneDoes) {
+  // at an optical depth of d every ray of the middle sees the sum over i of 2^-i e^(-d / 2^i)
+  Scene scene = looking(lit_by({{{1, 0, 0}, white}}, 36), {8, 12, 14}, {8, 12, 5}, 1);
+  scene.resolution = {9, 9};
+  scene.scatter_octaves = 8;
+  scene.light_quality = LightQuality::exact;
+  const auto box = make_field({{0, 0, 0}, {23, 23, 23}}, [](glm::ivec3) { return 1.0f; });
+  const Image image = Session(lit_view({"", scene, box}, {})).draw(*Gpu::renderer()).image;
+  const double d = 36 * 8.5;
+  double light = 0;
+  for (int i = 0; i < 8; ++i) light += std::exp2(-i) * std::exp(-d * std::exp2(-i));
+  EXPECT_NEAR(double(pixel(image, 4, 4, 0)), light, 1e-4 * light);
+}
+
+TEST_F(LitTolerance, HoldsForFunctionsOfTheGradient) {
+  const auto rough = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) { return noise(v); });
+  const auto shell = [&](double thickness) {
+    Scene scene = lit_by({{{1, -1, -0.5}, white}}, 3);
+    scene.resolution = {48, 32};
+    scene.transfer_function =
+        test::write_bytes("shell.json", R"({"points": [{"value": 0, "attenuation": 0}],
+          "isosurfaces": [{"value": 0.5, "attenuation": 1, "thickness": )" +
+                                            std::to_string(thickness) + "}]}")
+            .string();
+    return LitScene{"shell", scene, rough};
+  };
+  expect_kept(shell(1), 1e-4, 3);
+  // 32 segments do not resolve it, and the estimate says so
+  const LitScene thin = shell(0.1);
+  const Image truth = Session(lit_view(thin, {})).draw(*open_reference()).image;
+  const Drawn drawn = Session(lit_view(thin, 1e-4)).draw(*Gpu::renderer());
+  EXPECT_FALSE(drawn.plan->reached);
+  EXPECT_GE(drawn.plan->chosen.rms, compare_images(drawn.image, truth).rms / 3);
+}
+
 TEST_F(LitTolerance, ASolidOfTilesIsLitByColumns) {
   // a ray from each of its voxels crosses as many cells as in leaves
   DenseField solid("density", glm::ivec3(64), 1, glm::dmat4(1));

@@ -242,6 +242,11 @@ PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie alone.mp4
 mv film.raw alone.raw
 PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4
 cmp -s film.raw alone.raw || fail "a film alone has other frames than one of pictures"
+# beside pictures to composite, and from them, a film has the look's background
+for again in "" --resume; do
+  PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/x.#.exr "${small[@]}" --movie film.mp4 $again
+  cmp -s film.raw alone.raw || fail "a film beside .exr $again: other pictures"
+done
 PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie film.mp4 --background '#ff4000'
 [ "$(head -c 3 film.raw | od -An -tu1 | tr -d ' ')" = 255640 ] || fail "a film alone has no background"
 if command -v ffmpeg >/dev/null; then # which calls a film that the disk cannot hold a success
@@ -249,6 +254,8 @@ if command -v ffmpeg >/dev/null; then # which calls a film that the disk cannot 
   [ $? -eq 5 ] || fail "a film beyond the limit of a file's size: $limited"
   [ ! -e film3.mp4 ] || fail "a film that was cut short is there"
 fi
+"$program" render --scene out/x.1.exr --print-scene -q | grep -q '"background": "none"' ||
+  fail "a picture to composite has a background"
 printf '#!/bin/sh\nexit 1\n' >bin/ffmpeg
 PATH=$PWD/bin:$PATH run 5 "alone2.mp4" $pattern "${small[@]}" --movie alone2.mp4
 [ ! -e alone2.mp4 ] || fail "a film that failed is there"

@@ -109,11 +109,11 @@ const char* format_of(const std::string& path) {
 }
 
 /// What every player shows: H.264, colours at half resolution and by BT.709, as the file says, an
-/// even width and height.
+/// even width and height: of an odd one the last column or row is left out.
 const std::string encoding =
-    "-vf 'scale=out_color_matrix=bt709:out_range=tv,pad=ceil(iw/2)*2:ceil(ih/2)*2' -c:v libx264 "
-    "-crf 17 -pix_fmt yuv420p -colorspace bt709 -color_primaries bt709 -color_trc bt709 "
-    "-color_range tv";
+    "-vf 'crop=trunc(iw/2)*2:trunc(ih/2)*2:0:0,scale=out_color_matrix=bt709:out_range=tv' "
+    "-c:v libx264 -crf 17 -pix_fmt yuv420p -colorspace bt709 -color_primaries bt709 "
+    "-color_trc bt709 -color_range tv";
 
 }  // namespace
 

@@ -31,10 +31,13 @@ class FrameMaker {
   FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
              const CameraPath* path)
       : sequence_(
-            chosen_for(list, scene, shows_background(call), call.keep_going || list.others_serve)),
+            chosen_for(list, scene, shows_background(call) || !call.movie.empty(),
+                       call.keep_going || list.others_serve)),
         call_(call),
         path_(path),
-        first_(list.first) {
+        first_(list.first),
+        film_background_(sequence_.scene.background) {
+    if (!shows_background(call)) sequence_.scene.background = scene.background;
     if (path) check_path(list);
     if (!call.turntable || scene.camera_position) return;
     // the camera as the scene sets it, in the look that was chosen
@@ -45,6 +48,9 @@ class FrameMaker {
   }
 
   const SequenceScene& sequence() const { return sequence_; }
+
+  /// The look's or the scene's: of the film, and of pictures that are not to be composited.
+  const std::optional<Background>& film_background() const { return film_background_; }
 
   /// The frame's scene as its picture's metadata has it, without reading voxels; unset if the
   /// camera follows what they show. Throws Error(input).
@@ -94,6 +100,7 @@ class FrameMaker {
   const RenderCall& call_;
   const CameraPath* path_;
   int first_;
+  std::optional<Background> film_background_;
   std::string last_input_;
   std::shared_ptr<Session> last_session_;
   Scene last_scene_;
@@ -252,6 +259,7 @@ class FrameLoop {
   /// Adds a frame that was written, unless the film alone has it.
   void add_to_movie(DrawnFrame& drawn) {
     Scene scene = drawn.view.scene;
+    scene.background = maker_.film_background();
     if (drawn.frame.output.empty() || !holds_codes(drawn.frame.output, call_.format))
       for (const std::string& notice :
            complete_picture(drawn.report.drawn.image, scene, legend_of(drawn.view), /*codes=*/true))
@@ -281,7 +289,10 @@ class FrameLoop {
     take_written();
     const Scene& scene = maker_.sequence().scene;
     const bool coded = holds_codes(frame.output, call_.format);
-    movie_->add(read_image(frame.output), coded ? Display{} : display_of(scene));
+    Image image = read_image(frame.output);
+    if (!coded && maker_.film_background())
+      add_background(image, maker_.film_background()->color, {});
+    movie_->add(image, coded ? Display{} : display_of(scene));
   }
 
   /// Throws the error on, unless --keep-going goes on after it.

@@ -11,9 +11,9 @@
   X(alpha,         light,   false, true,  "auto",    "",               "the integral of the light")             \
   X(back_to_front, light,   true,  false, "auto",    "",               "the same sum from behind, without early termination") \
   X(mip,           value,   false, true,  "",        "",               "the greatest value over the range")     \
-  X(lmip,          value,   false, true,  "",        "lmip-threshold", "the first local maximum of at least `--lmip-threshold`") \
+  X(lmip,          value,   false, true,  "",        "lmip-threshold", "the first local maximum of at least `--lmip-threshold`, or the greatest value") \
   X(isosurface,    surface, false, true,  "surface", "isovalue",       "the first surface of `--isovalue`, shaded") \
-  X(xray,          depth,   false, true,  "xray",    "",               "the optical depth times the luminance") \
+  X(xray,          depth,   false, true,  "xray",    "",               "the optical depth times `--luminance`") \
   X(slice,         plane,   false, true,  "",        "slice",          "the values on the plane `--slice`")
 /// What a picture shows of its rays: composited light, the optical depth, a value, or a surface, by the
 /// file of that name in shaders/modes/; or the values on a plane, without a march. X(name)

@@ -10,6 +10,7 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <functional>
@@ -20,6 +21,7 @@
 #include <stdexcept>
 #include <string>
 #include <string_view>
+#include <thread>
 #include <vector>
 
 #include "field/index_space.h"
@@ -74,9 +76,14 @@ void share(std::string_view values, int memory) {
 /// Memory that another process has written, and nobody can change from now on. Returns its size.
 /// Throws std::runtime_error.
 std::size_t sealed_size(int memory) {
-  // Without the first two seals the size could change, without the third the values.
-  if (fcntl(memory, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE) != 0)
-    throw std::runtime_error("shared memory is still written to");
+  // Without the first two seals the size could change, without the third the values. The kernel
+  // itself may hold pages for a moment, as when it looks for some to reclaim.
+  int tries = 10;
+  while (fcntl(memory, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_WRITE) != 0) {
+    if (errno != EBUSY || --tries == 0)
+      throw std::runtime_error("shared memory is still written to");
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
   struct stat status {};
   if (fstat(memory, &status) != 0) throw std::runtime_error("shared memory has no size");
   return static_cast<std::size_t>(status.st_size);
