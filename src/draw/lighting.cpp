@@ -301,16 +301,30 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
     settle_lights(view, before_sky, depths, part, progress);
     lights_error = error_;
   }
-  // the sky's share, in quadrature: for the number of its directions, and for the depths of each
-  const View typical = typical_view(view);
-  const SkyTrial trial(typical, source, 0.6 * part);
-  LightTrials trials(typical, source, blocks_, some, 0.8 * part);
-  const LightMethod method = trials.settled(depths);
+  // the sky's share, in quadrature: for the number of its directions, and for the depths of each;
+  // of a picture that shows more of the medium than the typical one, both
+  std::vector<View> views{typical_view(view)};
+  if (!same_frame(view.camera, views.front().camera)) views.push_back(view);
+  int count = 0;
+  LightMethod method{.spacing = HUGE_VAL};
+  LightError of_count, of_method;
+  for (const View& from : views) {
+    const SkyTrial trial(from, source, 0.6 * part);
+    if (trial.count() > count) {
+      count = trial.count();
+      of_count = trial.miss();
+    }
+    LightTrials trials(from, source, blocks_, some, 0.8 * part);
+    if (const LightMethod settled = trials.settled(depths); settled.spacing < method.spacing) {
+      method = settled;
+      of_method = trials.first_miss();
+    }
+  }
   const std::size_t lights = beams_.size();
-  add_sky(view, trial.count());
+  add_sky(view, count);
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
   sum_up(view, source, depths, progress);
-  sky_error_ = sum(trial.miss(), trials.first_miss());
+  sky_error_ = sum(of_count, of_method);
   error_ = sum(lights_error, sky_error_);
 }
 

@@ -21,16 +21,10 @@ namespace psivox {
 
 VoxelLines::VoxelLines(const Medium& medium)
     : function_(without_colors(medium)),
-      index_(std::make_shared<const FieldIndex>(*medium.density)),
+      density_(*medium.density),
       domain_(medium.density->domain()),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
-      empty_is_clear_(attenuation(0) == 0) {
-  const glm::ivec3 first = domain_.min & ~15;
-  for (int i = 0; i < 8; ++i) {
-    const glm::ivec3 origin = first + 8 * cube_corner(i);
-    known_[std::size_t(i)] = {origin, index_->block(origin)};
-  }
-}
+      empty_is_clear_(attenuation(0) == 0) {}
 
 VoxelLines::Line VoxelLines::line(const glm::dvec3& from, const glm::dvec3& direction) const {
   const glm::dvec3 way = to_index_ * direction;
@@ -49,37 +43,6 @@ double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along, doub
     return sum <= most;
   });
   return sum;
-}
-
-const FieldIndex::Block& VoxelLines::block(const glm::ivec3& origin) {
-  const glm::ivec3 odd = (origin >> 3) & 1;
-  Known& known = known_[std::size_t(4 * odd.x + 2 * odd.y + odd.z)];
-  if (known.origin != origin) known = {origin, index_->block(origin)};
-  return known.block;
-}
-
-double VoxelLines::at(const glm::ivec3& voxel) {
-  const glm::ivec3 origin = voxel & ~7;
-  return double(*block(origin).values.at(voxel - origin));
-}
-
-double VoxelLines::at(const glm::dvec3& point) {
-  const glm::ivec3 cell = nearest_voxel(point - 0.5), local = cell & 7;
-  const glm::dvec3 u = point - glm::dvec3(cell);
-  std::array<double, 8> corners;  // z fastest
-  if (std::max({local.x, local.y, local.z}) < 7) {
-    const LeafValues& values = block(cell & ~7).values;
-    const float* first = values.at(local);
-    const Strides& s = values.strides;
-    for (std::size_t i = 0; i < 8; ++i)
-      corners[i] = double(first[(i >> 2) * s.x + (i >> 1 & 1) * s.y + (i & 1) * s.z]);
-  } else {
-    for (int i = 0; i < 8; ++i)
-      corners[std::size_t(i)] = at(cell + glm::ivec3(i >> 2, i >> 1 & 1, i & 1));
-  }
-  const auto along_z = [&](std::size_t i) { return glm::mix(corners[i], corners[i + 1], u.z); };
-  return glm::mix(glm::mix(along_z(0), along_z(2), u.y), glm::mix(along_z(4), along_z(6), u.y),
-                  u.x);
 }
 
 namespace {

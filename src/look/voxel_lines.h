@@ -1,35 +1,23 @@
 #pragma once
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
 #include <vector>
 
-#include "field/field_index.h"
+#include "field/field_cursor.h"
 #include "psivox/image.h"
 #include "psivox/medium.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
 
-/// The voxel that is nearest to a point, of 2^29 voxels to either side. Rounding by the library
-/// takes longer than all else along a line.
-inline glm::ivec3 nearest_voxel(const glm::dvec3& point) {
-  constexpr std::int64_t shift = std::int64_t{1} << 30;  // to positive numbers, which are cut off
-  const auto nearest = [](double x) {
-    return int(std::int64_t(x + (double(shift) + 0.5)) - shift);
-  };
-  return {nearest(point.x), nearest(point.y), nearest(point.z)};
-}
-
-/// The density of a medium along straight lines, at points that are a voxel apart. It keeps the
-/// blocks that it read last: each thread needs a copy, which shares the rest.
+/// The density of a medium along straight lines, at points that are a voxel apart. Each thread
+/// needs a copy, which shares the rest.
 class VoxelLines {
  public:
   explicit VoxelLines(const Medium& medium);
@@ -46,12 +34,8 @@ class VoxelLines {
   /// Attenuation of a value at extinction 1.
   double attenuation(double value) const;
 
-  /// Value of a voxel, and between voxels.
-  double at(const glm::ivec3& voxel);
-  double at(const glm::dvec3& point);
-
   /// Optical depth at extinction 1 of a voxel from its middle on [voxels].
-  double depth_of(const glm::ivec3& voxel) { return 0.5 * attenuation(at(voxel)); }
+  double depth_of(const glm::ivec3& voxel) { return 0.5 * attenuation(density_.at(voxel)); }
   /// Optical depth at extinction 1 from a voxel on, by nearest voxels, without the voxel itself; it
   /// may end where it is above `most`.
   double depth_behind(const glm::ivec3& voxel, const Line& along, double most = HUGE_VAL);
@@ -64,9 +48,9 @@ class VoxelLines {
       const glm::dvec3 point = line.from + k * line.way;
       const glm::ivec3 voxel = nearest_voxel(point);
       if (!domain_.contains(voxel)) return;
-      const double value = at(voxel);
+      const double value = density_.at(voxel);
       const std::size_t empty =
-          value == 0 && empty_is_clear_ ? index_->empty_steps(point, line.way) : 0;
+          value == 0 && empty_is_clear_ ? density_.index().empty_steps(point, line.way) : 0;
       if (empty == 0 && !see(value)) return;
       k += double(std::max<std::size_t>(empty, 1));
     }
@@ -80,9 +64,9 @@ class VoxelLines {
     for (double n = 0;;) {
       const glm::dvec3 point = line.from + (k + n) * line.way;
       if (!domain_.contains(nearest_voxel(point))) return;
-      const double value = at(point);
+      const double value = density_.at(point);
       const std::size_t empty =
-          value == 0 && empty_is_clear_ ? index_->empty_cells(point, line.way) : 0;
+          value == 0 && empty_is_clear_ ? density_.index().empty_cells(point, line.way) : 0;
       if (empty == 0 && !see(n, value)) return;
       n += double(std::max<std::size_t>(empty, 1));
     }
@@ -91,17 +75,10 @@ class VoxelLines {
  private:
   /// Without colours, among whose many knots a search would take longer.
   std::shared_ptr<const TransferFunction> function_;
-  std::shared_ptr<const FieldIndex> index_;
+  FieldCursor density_;
   Box domain_;
   glm::dmat3 to_index_;
   bool empty_is_clear_;
-  /// Blocks around a corner: each has a place of its own, by the parity of its number on each axis.
-  struct Known {
-    glm::ivec3 origin;
-    FieldIndex::Block block;
-  };
-  std::array<Known, 8> known_;
-  const FieldIndex::Block& block(const glm::ivec3& origin);
 };
 
 /// Extinction [1/world unit] at which a third of the first light's intensity reaches the medium of

@@ -10,7 +10,7 @@
 #include <optional>
 #include <random>
 
-#include "field/field_index.h"
+#include "field/field_cursor.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -23,7 +23,7 @@ constexpr std::size_t points_per_ray = 16;
 /// for 50 voxels. Of small pictures one ray in 28 will do, 144 at least.
 constexpr double most_light_rays = 400, some_light_rays = 144, fewest_light_rays = 64;
 /// Rays from which those are drawn, and how many are looked along at once.
-constexpr double drawn_from = 1024;
+constexpr double drawn_from = 576;
 constexpr std::size_t at_once = 64;
 
 /// What lies behind this transmittance is not looked at.
@@ -61,7 +61,7 @@ class Looks {
   }
 
   /// What each line meets, up to an optical depth or farther.
-  std::vector<std::vector<Met>> met(std::span<const Line> lines, double most) const {
+  std::vector<std::vector<Met>> met(std::span<const Line> lines, double most) {
     std::vector<Met> own;
     for (std::size_t i = 0; i < lines.size(); ++i)
       look_along(lines[i], std::uint32_t(i), most, own);
@@ -73,13 +73,12 @@ class Looks {
   }
 
  private:
-  void look_along(const Line& line, std::uint32_t number, double most,
-                  std::vector<Met>& points) const {
+  void look_along(const Line& line, std::uint32_t number, double most, std::vector<Met>& points) {
     double sum = 0, deepest = 0;
     std::size_t divided = 0;  // steps before this one are
     for (std::size_t k = 0; k < line.points && sum < most;) {
       const glm::dvec3 point = line.first + double(k) * line.step;
-      const glm::ivec3 voxel(glm::round(point));
+      const glm::ivec3 voxel = nearest_voxel(point);
       if (!share_.voxels.contains(voxel)) {
         ++k;
         continue;
@@ -106,7 +105,7 @@ class Looks {
       if (depth > 0) points.push_back({number, 1, double(k), depth});
       sum += depth;
       const bool clear = depth == 0 && empty_is_clear_;
-      const std::size_t skipped = clear ? density_.empty_steps(point, line.step) : 0;
+      const std::size_t skipped = clear ? density_.index().empty_steps(point, line.step) : 0;
       k += std::max<std::size_t>(skipped, 1);
     }
   }
@@ -114,9 +113,9 @@ class Looks {
   /// Looks along parts of a step, beside which the depth of a step is up to `deepest`. Returns its
   /// optical depth.
   double divide(const Line& line, std::uint32_t number, std::size_t k, double deepest,
-                std::vector<Met>& points) const {
+                std::vector<Met>& points) {
     const glm::dvec3 middle = line.first + double(k) * line.step;
-    if (!share_.voxels.contains(glm::ivec3(glm::round(middle)))) return 0;
+    if (!share_.voxels.contains(nearest_voxel(middle))) return 0;
     // where the medium begins the depth is deepest x^2 / 2: some parts to a depth of 1
     const int parts = std::clamp(int(std::ceil(6 * std::sqrt(deepest))), 4, 512);
     double sum = 0;
@@ -131,17 +130,17 @@ class Looks {
 
   /// At a voxel, or at a point of index space.
   template <typename Place>
-  double attenuation(const Place& place) const {
-    const double value = density_.at(place).x;
+  double attenuation(const Place& place) {
+    const double value = density_.at(place);
     if (!function_) return medium_.extinction * value;
-    const double slope = gradient_ ? gradient_->at(place).x : 0;
+    const double slope = gradient_ ? gradient_->at(place) : 0;
     return medium_.extinction * function_->attenuation(value, slope);
   }
 
   const Medium& medium_;
-  FieldIndex density_;
+  FieldCursor density_;
   std::shared_ptr<const TransferFunction> function_;
-  std::optional<FieldIndex> gradient_;
+  std::optional<FieldCursor> gradient_;
   bool empty_is_clear_;
   const LightShare& share_;
 };
@@ -192,7 +191,7 @@ LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& lumin
 
 void LightPilot::place_points(double rays) {
   const Medium& medium = view_.medium;
-  const Looks looks(medium, share_);
+  Looks looks(medium, share_);
   const glm::dmat4 to_index = glm::inverse(medium.density->world_from_index);
   const glm::dmat3 turn(to_index);
   const Box domain = medium.density->domain();
