@@ -239,9 +239,10 @@ void FrameOptions::add_to(CommandLine& line) {
       ->take_all();
   line.add_value("--frames", frames, "A-B[xS]",
                  "frames of a sequence, such as 1-100, 1-100x2 or 1-10,20 (default: all)");
-  line.add_value("--auto-from", auto_from, "all|A-B[xS]",
-                 "frames from which extinction, camera, range, look and exposure are chosen for "
-                 "all (default: the first, the middle, the last, and those that burn most and hottest)");
+  line.add_value(
+      "--auto-from", auto_from, "all|A-B[xS]",
+      "frames from which extinction, camera, range, look and exposure are chosen for "
+      "all (default: the first, the middle, the last, and those that burn most and hottest)");
   line.add_value("--missing", missing, "error|skip|hold",
                  "what to do about a frame without a file: refuse to start, leave it out, or take "
                  "the one before it")

@@ -30,9 +30,8 @@ class FrameMaker {
  public:
   FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
              const CameraPath* path)
-      : sequence_(
-            chosen_for(list, scene, shows_background(call) || !call.movie.empty(),
-                       call.keep_going || list.others_serve)),
+      : sequence_(chosen_for(list, scene, shows_background(call) || !call.movie.empty(),
+                             call.keep_going || list.others_serve)),
         call_(call),
         path_(path),
         first_(list.first),

@@ -87,7 +87,7 @@ struct SequenceScene {
   /// Of options of side grids: see chosen_grids(), and those that the scene names. A frame may lack
   /// such a grid.
   std::vector<std::string> chosen_grids;
-  std::string dark_because = {};           ///< why the look is plain; see LookedScene
+  std::string dark_because = {};  ///< why the look is plain; see LookedScene
 };
 
 /// Resolves a scene for a sequence by some of its files:

@@ -68,7 +68,7 @@ struct ReadOptions {
   /// A grid without active voxels is a field of zeros, not an error, and so is one that the file
   /// lacks.
   bool empty = false;
-  bool active = false;     ///< 1 at active voxels and tiles, in place of the values
+  bool active = false;  ///< 1 at active voxels and tiles, in place of the values
   /// Taken in place of a background other than 0; unset: 0, and an error if `strict`.
   std::optional<double> background = {};
   std::vector<double> percentiles = {};  ///< of the active values, to be found [%]

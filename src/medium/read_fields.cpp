@@ -138,8 +138,8 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   if (scene.shines() && !scene.luminance_grid.empty()) {
     fields.luminance = luminance(scene.luminance_grid);
     if (scene.lit() && fields.luminance->world_from_index != fields.density->world_from_index)
-      fields.luminance = noted(*fields.luminance,
-                               "beside light, its luminance is taken at the density's voxels");
+      fields.luminance =
+          noted(*fields.luminance, "beside light, its luminance is taken at the density's voxels");
   }
   for (const EmissionOptions& emission : emission_options) {
     const std::string& name = scene.*emission.grid;

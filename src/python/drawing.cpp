@@ -89,7 +89,8 @@ std::vector<std::string> write(const Picture& picture, const std::string& path,
   check_writable(path, format, picture.image.width, picture.image.height);
   Image image = picture.image;
   Scene scene = picture.scene;
-  if (!scene.background && shows_background(path, format)) scene.background = picture.look_background;
+  if (!scene.background && shows_background(path, format))
+    scene.background = picture.look_background;
   if (holds_codes(path, format) && !scene.exposure) scene.exposure = picture.auto_exposure;
   PictureFile file{path, format, {}};
   if (holds_layers(path)) file.layers = picture.layers;

@@ -55,8 +55,7 @@ Span read_span(const std::string& item, const std::string& option, const std::st
   if (dash != std::string::npos) good &= read_number(ends.substr(dash + 1), span.last);
   if (x != std::string::npos)
     good &= dash != std::string::npos && read_number(item.substr(x + 1), span.step);
-  if (!good || span.last < span.first || span.step < 1)
-    refuse_frames(option, text);
+  if (!good || span.last < span.first || span.step < 1) refuse_frames(option, text);
   return span;
 }
 
