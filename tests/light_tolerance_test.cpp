@@ -176,6 +176,27 @@ TEST_F(LitTolerance, HoldsWhereARaySeesAPartOfAVoxel) {
   expect_kept({"octaves", scene, box}, 1e-3, 3);
 }
 
+TEST_F(LitTolerance, OfASkyHoldsForACloserCamera) {
+  // the light of the picture before would be kept
+  Scene far = looking(lit_by({}, 0.3), {60, 40, 200}, {8, 8, 8}, 30), close = far;
+  far.sky = close.sky = white;
+  close.camera_position = glm::dvec3(12, 10, 30);
+  const auto density =
+      make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3 v) { return 0.5f + 0.5f * noise(v); });
+  constexpr double E = 2e-3;
+  Session session(lit_view({"", far, density}, E));
+  (void)session.draw(*Gpu::renderer());
+  Scene wanted = session.view().scene;
+  wanted.camera_position = close.camera_position;
+  const Drawn drawn = session.draw(*Gpu::renderer(), {.scene = wanted});
+  const Image truth = Session(lit_view({"", close, density}, {})).draw(*open_reference()).image;
+  const double rms = compare_images(drawn.image, truth).rms;
+  std::printf("  closer %.0e: rms %.2f E, estimate %.2f E, %d directions\n", E, rms / E,
+              drawn.plan->chosen.rms / E, drawn.light->beams);
+  EXPECT_LE(rms, E);
+  EXPECT_GE(drawn.plan->chosen.rms, rms / 3);
+}
+
 TEST_F(LitTolerance, HoldsForSmallThingsInAHaze) {
   const auto density = make_field({{0, 0, 0}, {21, 3, 14}}, [](glm::ivec3 v) {
     if (v == glm::ivec3(4, 2, 9)) return 50.0f;

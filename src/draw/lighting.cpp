@@ -198,6 +198,7 @@ class SkyTrial {
     const double most = light_safety * rms;
     const LitLuminance many(view, sky_beams(view, 256));
     const LightPilot pilot(view, source.exact_depths(view), many, source.share);
+    coverage_ = pilot.coverage();
     const auto miss_of = [&](int count) {
       return pilot.error(LitLuminance(view, sky_beams(view, count)));
     };
@@ -217,11 +218,13 @@ class SkyTrial {
   }
   int count() const { return count_; }
   const LightError& miss() const { return miss_; }
+  double coverage() const { return coverage_; }
 
  private:
   static constexpr int few_count = 32;
   int count_ = few_count;
   LightError miss_;
+  double coverage_ = 0;
 };
 
 }  // namespace
@@ -258,7 +261,10 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   if (need.rms == 0) return true;
   if (coarse_) return false;  // it may suffice, but a preview must not change later pictures
   const LightPilot pilot(view, source.exact_depths(view), luminance, source.share);
-  error_ = sum(pilot.error(*medium_), sky_error_);
+  // a closer camera sees more of what the sky's directions miss
+  const double closer =
+      sky_coverage_ > 0 ? std::sqrt(std::max(pilot.coverage() / sky_coverage_, 1.0)) : 1;
+  error_ = sum(pilot.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
   return error_.rms <= need.rms;
 }
 
@@ -284,6 +290,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   camera_ = view.camera;
   beams_ = light_beams(view);
   sky_error_ = error_ = {};
+  sky_coverage_ = 0;
   coarse_ = !need.exact && need.rms == 0;
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
@@ -313,6 +320,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
     if (trial.count() > count) {
       count = trial.count();
       of_count = trial.miss();
+      sky_coverage_ = trial.coverage();
     }
     LightTrials trials(from, source, blocks_, some, 0.8 * part);
     if (const LightMethod settled = trials.settled(depths); settled.spacing < method.spacing) {

@@ -85,7 +85,8 @@ class Lighting {
   Camera camera_;
   bool coarse_ = false;  ///< computed for a preview
   LightError error_;
-  LightError sky_error_;  ///< what the sky's directions miss
+  LightError sky_error_;     ///< what the sky's directions miss
+  double sky_coverage_ = 0;  ///< of the picture that misses that: LightPilot::coverage()
   DepthsOf depths_of_others_;
 };
 

@@ -16,8 +16,8 @@ FieldCursor::FieldCursor(const Field& field) : index_(std::make_shared<const Fie
 }
 
 const FieldIndex::Block& FieldCursor::block(const glm::ivec3& origin) {
-  const glm::ivec3 odd = (origin >> 3) & 1;
-  Known& known = known_[std::size_t(4 * odd.x + 2 * odd.y + odd.z)];
+  const glm::u64vec3 odd((origin >> 3) & 1);
+  Known& known = known_[4 * odd.x + 2 * odd.y + odd.z];
   if (known.origin != origin) known = {origin, index_->block(origin)};
   return known.block;
 }

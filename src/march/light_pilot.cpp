@@ -237,9 +237,9 @@ void LightPilot::place_points(double rays) {
   const auto hits = double(std::ranges::count_if(weights, [](double w) { return w > 0; }));
   const double count =
       std::min(hits, std::max(std::ceil(rays * hits / all_rays), fewest_light_rays));
-  const double apart = std::accumulate(weights.begin(), weights.end(), 0.0) / count;
-  if (!(apart > 0)) return;
-  ray_share_ = apart / all_rays;
+  const double all = std::accumulate(weights.begin(), weights.end(), 0.0), apart = all / count;
+  if (!(all > 0)) return;
+  coverage_ = all / all_rays;
   double next = apart * uniform(), sum = 0;
   for (std::size_t n = 0; n < lines.size(); ++n) {
     sum += weights[n];
@@ -351,7 +351,7 @@ LightError LightPilot::error(const std::vector<glm::dvec3>& light,
     }
     constexpr double pairs = double(points_per_ray * (points_per_ray - 1));
     const glm::dvec3 square = (total * total - squares) / pairs;
-    const double share = ray_share_ * (square.x + square.y + square.z);
+    const double share = coverage_ / double(rays_.size()) * (square.x + square.y + square.z);
     sum += share;
     sum_of_squares += share * share;
     const glm::dvec3 mean = glm::abs(total) * (ray.opacity / double(points_per_ray));

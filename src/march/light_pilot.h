@@ -55,6 +55,9 @@ class LightPilot {
   LightPilot(const View& view, Depths exact, const LitLuminance& luminance,
              const LightShare& share);
 
+  /// Mean square of the opacity of the picture's rays, as whose root the picture's error grows.
+  double coverage() const { return coverage_; }
+
   /// Voxels whose luminance is compared.
   std::span<const glm::ivec3> voxels() const { return voxels_; }
 
@@ -93,7 +96,7 @@ class LightPilot {
   const LitLuminance& luminance_;
   const LightShare& share_;
   std::vector<Ray> rays_;
-  double ray_share_ = 0;  ///< of the picture's mean square, times the square of a ray's mean error
+  double coverage_ = 0;
   std::vector<glm::ivec3> voxels_;  ///< points_per_ray of each ray
   std::vector<glm::dvec3> truth_;   ///< luminance there
 };
