@@ -174,6 +174,10 @@ TEST_F(LitTolerance, HoldsWhereARaySeesAPartOfAVoxel) {
   scene.extinction = 5;
   scene.scatter_octaves = 3;
   expect_kept({"octaves", scene, box}, 1e-3, 3);
+  // columns do not converge here as they do in thin media
+  const auto rough = make_field({{0, 0, 0}, {7, 5, 12}}, [](glm::ivec3 v) { return noise(v); });
+  scene.extinction = 2.9;
+  expect_kept({"rough", scene, rough}, 1e-2, 2);
 }
 
 TEST_F(LitTolerance, OfASkyHoldsForACloserCamera) {

@@ -116,10 +116,10 @@ class LightTrials {
     first_miss_ = method.spacing == 0 ? LightError{} : off * left_at(method.spacing / coarsest);
     return method;
   }
-  /// The method that misses little enough. Where first() is not expected to, it is tried.
+  /// The method that misses little enough, as tried.
   LightMethod settled(const LightDepths& depths) {
     LightMethod method = first(depths);
-    while (method.spacing > 0 && !enough(first_miss_.rms, method.spacing)) {
+    while (method.spacing > 0) {
       first_miss_ = miss(method, depths);
       if (enough(first_miss_.rms, method.spacing)) break;
       method = after(method, first_miss_.rms);
@@ -127,7 +127,7 @@ class LightTrials {
     if (method.spacing == 0) first_miss_ = {};
     return method;
   }
-  /// What the method of first() or settled() is expected to miss.
+  /// What the method of first() is expected to miss, or that of settled() does.
   const LightError& first_miss() const { return first_miss_; }
 
   /// The next method after one that missed too much.
