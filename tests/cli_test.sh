@@ -333,6 +333,7 @@ t 0 rms compare a.exr b.exr --max-abs 0
 t 3 "'whole.exr': it has 32x32 pixels" render "$S" -o a.exr --holdout whole.exr --resolution 32x16
 t 3 "has no layer 'Z'; name one as FILE.exr:LAYER of R G B A depth" render "$S" -o a.exr --holdout whole.exr:Z $R
 t 3 "there is no such file" render "$S" -o a.exr --holdout none.exr $R
+t 0 - render "$S" -o a.exr --holdout whole.exr --holdout-depth distance --resolution 32x32 -q
 t 2 "give both or neither" render "$S" -o a.exr --holdout-depth distance $R
 # Several volumes: what is wrong with one, and where they are not drawn.
 t 0 - render "$S" -o a.exr --and "$S scale=0.5 translate=1,0,0" $R
@@ -345,6 +346,7 @@ t 3 "none.vdb: no such file" render "$S" -o a.exr --and none.vdb $R
 t 2 "no 'zoom' of its own; it may have grid, scale" render "$S" -o a.exr --and "$S zoom=2" $R
 t 2 "is for one volume; leave out --and" study "$S" -o several --and "$S" -q
 t 2 "is for one volume; leave out --and" render "$S" -o a.exr --and "$S" --time-budget 100 $R
+t 0 "the picture has no light" render "$S" -o a.exr --memory-limit 1500K --resolution 32x32
 t 6 "only volumes without --and are drawn in parts" render "$S" -o a.exr --and "$S" --memory-limit 600K $R
 t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout whole.exr $R
 # A deep picture, and what it is not for.

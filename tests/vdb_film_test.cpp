@@ -113,6 +113,32 @@ TEST(Fire, IsNoHeatThatDoesNotGlow) {
   EXPECT_EQ(look_of({smoke, hot("heat", 1), hot("flame", 1), shadow}).look, "fire");
 }
 
+TEST(FurtherVolumes, ThatLieOnTheirSideAreNamed) {
+  const auto smoke = filled("density", cloud);
+  Scene scene;
+  scene.input = write_vdb({smoke}, "first.vdb").string();
+  const std::string second = write_vdb({smoke, named("shadow")}, "second.vdb").string();
+  for (const char* turn : {"", " rotate=-90,0,0"}) {
+    scene.volumes = {second + turn};
+    const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
+    const std::vector<std::string> notices = notices_of(opened.view.medium);
+    EXPECT_EQ(std::ranges::any_of(notices, [](auto& n) { return n.find("Z is up") != n.npos; }),
+              *turn == 0);
+  }
+}
+
+TEST(Luminance, BesideLightIsTakenAtTheDensitysVoxels) {
+  const auto glow = filled("glow", cloud);
+  glow->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+  Scene scene;
+  scene.input = write_vdb({filled("density", cloud), glow}, "two.vdb").string();
+  scene.luminance_grid = "glow";
+  const auto notices = [&] { return read_fields(scene, VdbFile(scene.input)).luminance->notices; };
+  EXPECT_TRUE(notices().empty());
+  scene.lights = {{{0, -1, 0}, glm::dvec3(1)}};
+  EXPECT_NE(notices().back().find("at the density's voxels"), std::string::npos);
+}
+
 TEST(Film, WithoutAFlameIsOfSmoke) {
   const SequenceScene sequence = chosen_for(film("smoke", {-1, 0, 1e-9}));
   EXPECT_EQ(sequence.look, "smoke");
