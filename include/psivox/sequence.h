@@ -84,8 +84,8 @@ struct SequenceScene {
   std::string look;                        ///< `smoke`
   std::vector<Setting> settings;           ///< what the look has set
   std::shared_ptr<const Subject> subject;  ///< what the frames show, all together
-  /// Of options of side grids: see chosen_grids(), and those that the scene names. A frame may lack
-  /// such a grid.
+  /// Options of side grids that a frame may lack: those of chosen_grids(), and those that the scene
+  /// names.
   std::vector<std::string> chosen_grids;
   std::string dark_because = {};  ///< why the look is plain; see LookedScene
 };

@@ -139,8 +139,8 @@ class VdbFile {
   /// metadata of its grids. Empty if nothing does.
   const std::string& z_up() const;
 
-  /// Throws Error(input) if a grid is cut off or damaged: then that a grid is not there says
-  /// nothing, as of a file that is still being copied.
+  /// Throws Error(input) if the file ends before its grids do, as one that is still being copied
+  /// does. A grid that such a file does not list may have been cut off.
   void check_whole() const;
 
   /// One row per grid. Reads the trees, so that counts and boxes are true. Without `values` it

@@ -308,8 +308,8 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
     settle_lights(view, before_sky, depths, part, progress);
     lights_error = error_;
   }
-  // the sky's share, in quadrature: for the number of its directions, and for the depths of each;
-  // of a picture that shows more of the medium than the typical one, both
+  // the sky's share, in quadrature: for the number of its directions, and for the depths of each.
+  // Both suit the typical picture and this one, which may show more of the medium
   std::vector<View> views{typical_view(view)};
   if (!same_frame(view.camera, views.front().camera)) views.push_back(view);
   int count = 0;
@@ -317,13 +317,13 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   LightError of_count, of_method;
   for (const View& from : views) {
     const SkyTrial trial(from, source, 0.6 * part);
-    if (trial.count() > count) {
+    if (trial.count() >= count) {
       count = trial.count();
       of_count = trial.miss();
       sky_coverage_ = trial.coverage();
     }
     LightTrials trials(from, source, blocks_, some, 0.8 * part);
-    if (const LightMethod settled = trials.settled(depths); settled.spacing < method.spacing) {
+    if (const LightMethod settled = trials.settled(depths); settled.spacing <= method.spacing) {
       method = settled;
       of_method = trials.first_miss();
     }

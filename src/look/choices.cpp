@@ -116,7 +116,7 @@ constexpr Choice choices[] = {{"range", choose_range},          {"balance", choo
 constexpr const char* glowing_names[] = {"flame", "flames", "fire", "temperature",
                                          "heat",  "temp",   "fuel"};
 constexpr std::size_t flames = 3;
-constexpr double coldest = 800, hottest = 2300;  // that glow [kelvin]
+constexpr double coldest = 800, hottest = 2300;  // of what glows [kelvin]
 /// Heat above this is in kelvin.
 constexpr double least_kelvin = 200;
 /// Radiance of the flame's brightest hundredth, in its brightest channel.

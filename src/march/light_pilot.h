@@ -55,7 +55,7 @@ class LightPilot {
   LightPilot(const View& view, Depths exact, const LitLuminance& luminance,
              const LightShare& share);
 
-  /// Mean square of the opacity of the picture's rays, as whose root the picture's error grows.
+  /// Mean square of the opacity of the picture's rays. The picture's error grows with its root.
   double coverage() const { return coverage_; }
 
   /// Voxels whose luminance is compared.

@@ -194,7 +194,7 @@ Trial Trials::finish(const Trial& tried) {
 
 Trial Trials::run_exact() {
   const Method method = exact_method(view_);
-  if (view_.medium.gradient) return run(method, 0);
+  if (view_.medium.gradient) return run(method, 0);  // it misses something
   attempts_.push_back(Attempt::exact(method, view_of(method, 0), limits(), pilot_));
   return attempts_.back().trial();
 }
