@@ -320,8 +320,7 @@ class FrameLoop {
   ProgressBar bar_;
   Progress progress_ = bar_.progress();
   Stopwatch watch_;
-  std::map<std::string, std::vector<int>>
-      said_;  ///< notices, and the frames of which they are true
+  std::map<std::string, std::vector<int>> said_;  ///< notices, and their frames
   std::vector<int> bad_;
   int drawn_ = 0;
   std::size_t standing_ = 0;
