@@ -118,7 +118,7 @@ void add_other(INOUT(Others) sum, int first, Ray along, real t, real phase) {
   int3 cell = cell_at(ray, ahead, domain_min, domain_max);
   Node node = find_other(first, cell);
   bool brick = node.kind == NODE_BRICK;
-  sum.end = min(sum.end, leave(ray, brick ? cell : node.lo, brick ? 1 : node.side).t);
+  sum.end = min(sum.end, next_face_time(ray, brick ? cell : node.lo, brick ? 1 : node.side, ahead));
   if (node.kind == NODE_EMPTY) return;
   Other o = Other(ray, node, cell, fetch_table(first + 10), int(low.w));
   if (o.scales.y > real(0.0)) {

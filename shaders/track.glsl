@@ -34,7 +34,7 @@ real next_face(int grid, IN(Track) track, real t) {
   int3 cell = int3(floor(position(track.ray, t)));  // once: the node is that of this cell
   Node node = seek_cell(grid, cell, track.node, grid_of(grid).domain_min, grid_of(grid).domain_max);
   bool brick = node.kind == NODE_BRICK;
-  return leave(track.ray, brick ? cell : node.lo, brick ? 1 : node.side).t;
+  return next_face_time(track.ray, brick ? cell : node.lo, brick ? 1 : node.side, t);
 }
 
 // The grid at t, in the node that was sought there.

@@ -17,6 +17,7 @@ struct LitScene {
   Scene scene;
   Field density;
   bool glows = false;  ///< its density is its luminance too
+  std::shared_ptr<const Field> second{};
 };
 
 Scene lit_by(std::vector<DirectionalLight> lights, double extinction = 0.15) {
@@ -56,7 +57,10 @@ std::vector<LitScene> tolerance_scenes() {
   Scene scattered = lit_by({{{-0.3, -1, 0.2}, white}}, 3), scattered_ahead = two;
   scattered.scatter_octaves = 8;
   scattered_ahead.scatter_octaves = 3;
+  const auto turned = share(blobs({8, 4, -6}, sheared));
   return {
+      {"two volumes", lit_by({{{-0.3, -1, 0.2}, white}}), mixed(), false, turned},
+      {"two volumes, two lights", two, blobs(), false, share(mixed(sheared))},
       {"oblique, noise beside blobs", lit_by({{{-0.3, -1, 0.2}, white}}), mixed()},
       {"along an axis", lit_by({{{0, -1, 0}, white}}), mixed()},
       {"along a diagonal", lit_by({{{1, 1, 1}, white}}), blobs()},
@@ -76,7 +80,9 @@ std::vector<LitScene> tolerance_scenes() {
 View lit_view(const LitScene& lit, std::optional<double> tolerance) {
   Scene scene = lit.scene;
   scene.tolerance = tolerance;
-  return view_of(scene, lit.density, lit.glows ? Glow::density : Glow::constant);
+  View view = view_of(scene, lit.density, lit.glows ? Glow::density : Glow::constant);
+  if (lit.second) view.medium.others.push_back(view_of(scene, lit.second).medium);
+  return view;
 }
 
 using LitTolerance = GpuTest;

@@ -6,8 +6,7 @@
 
 #include "field/index_space.h"
 #include "march/light_lattice.h"
-#include "march/march_double.h"
-#include "reference/reference.h"
+#include "march/volume_depths.h"
 
 namespace psivox {
 namespace {
@@ -40,6 +39,14 @@ constexpr double sure = 0.75;
 /// Rays that are exact end at this part of what the light may miss.
 constexpr double termination_share = 0.5;
 
+/// Beams on a view's volume, the first of what is `seen` from it.
+using BeamsOn = std::function<std::vector<Beam>(const View& seen, std::size_t volume)>;
+
+/// The beams of the first volume, on each.
+BeamsOn beams_of(const std::vector<Beam>& beams) {
+  return [&beams](const View& seen, std::size_t volume) { return beams_on(seen, volume, beams); };
+}
+
 void set_method(std::vector<Beam>& beams, const LightMethod& method) {
   for (Beam& beam : beams) beam.method = method;
 }
@@ -63,6 +70,110 @@ bool same_frame(const Camera& a, const Camera& b) {
          a.half_height == b.half_height;
 }
 
+/// Blocks of the density whose light is seen.
+std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas, const Box& bricks) {
+  AtlasOptions options = density_options(view);
+  options.region = bricks;
+  const Field& density = *view.medium.density;
+  if (atlas)
+    if (auto blocks = visible_blocks(density, options, atlas->density)) return std::move(*blocks);
+  return visible_blocks(density, options);
+}
+
+}  // namespace
+
+/// Depths through the whole medium of a view, from voxels of each of its volumes.
+class MediumDepths {
+ public:
+  /// View and source must outlive it.
+  MediumDepths(const View& view, const LightSource& source) : view_(view), source_(source) {
+    if (!view.medium.others.empty() && source.atlas)
+      volumes_.emplace(view, source.atlas, source.depths);
+  }
+
+  LightDepths at(std::size_t volume) const {
+    if (volumes_) return volumes_->at(volume);
+    if (volume == 0) return source_.depths(view_);
+    return source_.depths(seen_from(view_, volume));  // the reference's own copy it
+  }
+  /// Exact, from voxels of a volume of the medium by any camera.
+  LightPilot::Depths exact(const View& seen, std::size_t volume) const {
+    if (!volumes_) return source_.exact_depths(seen);
+    return [this, volume](const Beam& beam, std::span<const glm::ivec3> voxels) {
+      return volumes_->exact(volume, beam, voxels);
+    };
+  }
+  const LightShare& share() const { return source_.share; }
+  std::size_t volumes() const { return 1 + view_.medium.others.size(); }
+
+ private:
+  const View& view_;
+  const LightSource& source_;
+  std::optional<VolumeDepths> volumes_;
+};
+
+namespace {
+
+/// A volume's medium in a lit one.
+const Medium& volume_of(const Medium& medium, std::size_t volume) {
+  return volume == 0 ? medium : medium.others[volume - 1];
+}
+
+BeamsOn sky_of(int count) {
+  return [count](const View& seen, std::size_t) { return sky_beams(seen, count); };
+}
+
+/// Pilots of all volumes of a medium. What a picture misses in the light of each adds up, at most;
+/// the largest errors are rarely in one pixel.
+class LightPilots {
+ public:
+  /// View and depths must outlive them.
+  LightPilots(const View& view, const MediumDepths& depths, const BeamsOn& beams) {
+    for (std::size_t i = 0; i < depths.volumes(); ++i)
+      volumes_.push_back(std::make_unique<Volume>(seen_from(view, i), i, depths, beams));
+  }
+
+  const View& view(std::size_t volume) const { return volumes_[volume]->view; }
+  const LightPilot& of(std::size_t volume) const { return volumes_[volume]->pilot; }
+
+  /// What a lit medium misses.
+  LightError error(const Medium& lit) const {
+    return sum_of([&](std::size_t i) { return of(i).error(volume_of(lit, i)); });
+  }
+  /// What other beams miss, in exact light.
+  LightError error(const BeamsOn& beams) const {
+    return sum_of(
+        [&](std::size_t i) { return of(i).error(LitLuminance(view(i), beams(view(i), i))); });
+  }
+  /// LightPilot::coverage() of all.
+  double coverage() const {
+    double sum = 0;
+    for (const auto& volume : volumes_) sum += volume->pilot.coverage();
+    return sum;
+  }
+  LightError sum_of(const std::function<LightError(std::size_t volume)>& error) const {
+    LightError sum;
+    for (std::size_t i = 0; i < volumes_.size(); ++i) {
+      const LightError own = error(i);
+      sum = {sum.rms + own.rms, std::max(sum.max, own.max)};
+    }
+    return sum;
+  }
+
+ private:
+  struct Volume {
+    Volume(View seen, std::size_t i, const MediumDepths& depths, const BeamsOn& beams)
+        : view(std::move(seen)),
+          luminance(view, beams(view, i)),
+          pilot(view, depths.exact(view, i), luminance, depths.share()) {}
+    View view;
+    LitLuminance luminance;
+    LightPilot pilot;
+  };
+
+  std::vector<std::unique_ptr<Volume>> volumes_;
+};
+
 /// Places of the blocks that hold the pilot's voxels, in ascending order.
 std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
                                      const std::vector<glm::ivec3>& blocks) {
@@ -78,49 +189,42 @@ std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
   return places;
 }
 
-/// Blocks of the density whose light is seen.
-std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas, const Box& bricks) {
-  AtlasOptions options = density_options(view);
-  options.region = bricks;
-  const Field& density = *view.medium.density;
-  if (atlas)
-    if (auto blocks = visible_blocks(density, options, atlas->density)) return std::move(*blocks);
-  return visible_blocks(density, options);
-}
-
 /// Methods for some beams, by what they miss and cost.
 class LightTrials {
  public:
-  LightTrials(const View& view, const LightSource& source, const std::vector<glm::ivec3>& blocks,
-              std::vector<Beam> beams, double rms)
-      : view_(view),
-        blocks_(blocks),
+  /// `blocks`: of the first volume.
+  LightTrials(const View& view, const MediumDepths& depths, const std::vector<glm::ivec3>& blocks,
+              BeamsOn beams, double rms)
+      : octaves_(view.scene.scatter_octaves),
+        depths_(depths),
+        blocks_{blocks},
         beams_(std::move(beams)),
         rms_(rms),
-        luminance_(view, beams_),
-        pilot_(view, source.exact_depths(view), luminance_, source.share) {}
+        pilots_(view, depths, beams_) {
+    for (std::size_t i = 1; i < depths.volumes(); ++i)
+      blocks_.push_back(blocks_of(pilots_.view(i), nullptr, everywhere));
+  }
 
   /// What `lit` misses, as estimated.
-  LightError miss(const Medium& lit) const { return pilot_.error(lit); }
+  LightError miss(const Medium& lit) const { return pilots_.error(lit); }
   bool enough(double miss, double spacing) const {
     return miss <= light_safety / std::max(1.0, spacing * spacing) * rms_;
   }
 
   /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
   /// voxel from so coarse a trial, or exact rays where they cost less.
-  LightMethod first(const LightDepths& depths) {
-    if (!view_.medium.others.empty()) return from(coarse, 0);
-    const LightError off = miss({.spacing = coarsest}, depths);
+  LightMethod first() {
+    const LightError off = miss({.spacing = coarsest});
     LightMethod method = from(coarse, off.rms * left_at(coarse / coarsest));
     if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
     first_miss_ = method.spacing == 0 ? LightError{} : off * left_at(method.spacing / coarsest);
     return method;
   }
   /// The method that misses little enough, as tried.
-  LightMethod settled(const LightDepths& depths) {
-    LightMethod method = first(depths);
+  LightMethod settled() {
+    LightMethod method = first();
     while (method.spacing > 0) {
-      first_miss_ = miss(method, depths);
+      first_miss_ = miss(method);
       if (enough(first_miss_.rms, method.spacing)) break;
       method = after(method, first_miss_.rms);
     }
@@ -140,21 +244,23 @@ class LightTrials {
   /// Part of the error that is left at this part of a spacing, above a voxel.
   static double left_at(double part) { return std::pow(left_above, -2 * std::log2(part)); }
 
-  LightError miss(const LightMethod& method, const LightDepths& depths) const {
-    std::vector<Beam> beams = beams_;
-    set_method(beams, method);
-    const std::vector<std::size_t> wanted = blocks_with(pilot_.voxels(), blocks_);
-    return miss(LitLuminance(view_, beams).medium({blocks_, wanted}, depths));
+  LightError miss(const LightMethod& method) const {
+    return pilots_.sum_of([&](std::size_t i) {
+      const View& view = pilots_.view(i);
+      std::vector<Beam> beams = beams_(view, i);
+      set_method(beams, method);
+      const LightPilot& pilot = pilots_.of(i);
+      const std::vector<std::size_t> wanted = blocks_with(pilot.voxels(), blocks_[i]);
+      return pilot.error(LitLuminance(view, beams).medium({blocks_[i], wanted}, depths_.at(i)));
+    });
   }
 
   /// The coarsest lattice, from `spacing` down, that is expected to be enough; exact rays if none
   /// is or if they cost less. The lattice of `spacing` is expected to miss `miss`.
   LightMethod from(double spacing, double miss) {
-    const LightMethod rays{
-        .termination = transmittance_of(termination_share * rms_, view_.scene.scatter_octaves)};
+    const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
     if (!exact_look_ups_) exact_look_ups_ = exact_look_ups(rays.termination);
-    const bool columns = view_.medium.others.empty();  // they cross one volume
-    for (; columns && spacing >= finest; spacing = next_spacing(spacing)) {
+    for (; spacing >= finest; spacing = next_spacing(spacing)) {
       if (lattice_look_ups(spacing) > *exact_look_ups_) break;
       if (enough(miss / sure, spacing)) return {.spacing = spacing};
       miss *= spacing > 1 ? left_above : left_below;
@@ -172,21 +278,21 @@ class LightTrials {
 
   /// Time of a ray from each voxel, in look-ups of a lattice.
   double exact_look_ups(double termination) const {
-    return cell_cost * pilot_.mean_cells(termination);
+    return cell_cost * pilots_.of(0).mean_cells(termination);
   }
 
   /// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe
   /// (docs/performance.md).
   static constexpr double cell_cost = 1.5;
 
-  const View& view_;
-  const std::vector<glm::ivec3>& blocks_;
-  std::vector<Beam> beams_;
+  int octaves_;
+  const MediumDepths& depths_;
+  std::vector<std::vector<glm::ivec3>> blocks_;  ///< of each volume
+  BeamsOn beams_;
   double rms_;
   LightError first_miss_;
   std::optional<double> exact_look_ups_;
-  LitLuminance luminance_;
-  LightPilot pilot_;
+  LightPilots pilots_;
 };
 
 /// Number of a sky's directions. Over clouds and smoke the error falls as one over their number
@@ -194,14 +300,11 @@ class LightTrials {
 /// be far larger, where few directions miss the phase function's peak: these are tried.
 class SkyTrial {
  public:
-  SkyTrial(const View& view, const LightSource& source, double rms) {
+  SkyTrial(const View& view, const MediumDepths& depths, double rms) {
     const double most = light_safety * rms;
-    const LitLuminance many(view, sky_beams(view, 256));
-    const LightPilot pilot(view, source.exact_depths(view), many, source.share);
-    coverage_ = pilot.coverage();
-    const auto miss_of = [&](int count) {
-      return pilot.error(LitLuminance(view, sky_beams(view, count)));
-    };
+    const LightPilots pilots(view, depths, sky_of(256));
+    coverage_ = pilots.coverage();
+    const auto miss_of = [&](int count) { return pilots.error(sky_of(count)); };
     miss_ = miss_of(few_count);
     const double wanted = std::clamp(std::ceil(few_count * miss_.rms / most), 8.0, 1024.0);
     if (wanted >= few_count) {
@@ -260,11 +363,12 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   if (need.exact) return false;
   if (need.rms == 0) return true;
   if (coarse_) return false;  // it may suffice, but a preview must not change later pictures
-  const LightPilot pilot(view, source.exact_depths(view), luminance, source.share);
+  const MediumDepths depths(view, source);
+  const LightPilots pilots(view, depths, beams_of(beams_));
   // a closer camera sees more of what the sky's directions miss
   const double closer =
-      sky_coverage_ > 0 ? std::sqrt(std::max(pilot.coverage() / sky_coverage_, 1.0)) : 1;
-  error_ = sum(pilot.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
+      sky_coverage_ > 0 ? std::sqrt(std::max(pilots.coverage() / sky_coverage_, 1.0)) : 1;
+  error_ = sum(pilots.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
   return error_.rms <= need.rms;
 }
 
@@ -278,15 +382,15 @@ void Lighting::compute(const View& wanted, const LightSource& source, LightNeed 
 Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas) const {
   if (medium_ && std::all_of(beams_.begin(), beams_.end(), exact)) return *medium_;
   const View view = seen(wanted);
-  return lit(view, march_double_light_depths(view, atlas)).medium;
+  const VolumeDepths depths(view, &atlas);
+  return lit(view, [&](std::size_t volume) { return depths.at(volume); }).medium;
 }
 
 void Lighting::replace(const View& wanted, const LightSource& source, LightNeed need,
                        const Progress& progress) {
   const View view = seen(wanted);
   if (blocks_.empty()) blocks_ = blocks_of(view, source.atlas, bricks_);
-  const LightDepths depths = source.depths(view);
-  depths_of_others_ = source.atlas ? DepthsOf(own_light_depths) : source.depths;
+  const MediumDepths depths(view, source);
   camera_ = view.camera;
   beams_ = light_beams(view);
   sky_error_ = error_ = {};
@@ -294,12 +398,11 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   coarse_ = !need.exact && need.rms == 0;
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
-    const bool columns = !need.exact && view.medium.others.empty();
-    set_method(beams_, {.spacing = columns ? coarsest : 0});
+    set_method(beams_, {.spacing = need.exact ? 0 : coarsest});
     return sum_up(view, source, depths, progress);
   }
-  const std::vector<Beam> some = sky_beams(view, tried_sky_count);
-  if (some.empty()) return settle_lights(view, source, depths, need.rms, progress);
+  const BeamsOn some = sky_of(tried_sky_count);
+  if (some(view, 0).empty()) return settle_lights(view, source, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
   LightError lights_error;
   if (!beams_.empty()) {
@@ -316,14 +419,14 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   LightMethod method{.spacing = HUGE_VAL};
   LightError of_count, of_method;
   for (const View& from : views) {
-    const SkyTrial trial(from, source, 0.6 * part);
+    const SkyTrial trial(from, depths, 0.6 * part);
     if (trial.count() >= count) {
       count = trial.count();
       of_count = trial.miss();
       sky_coverage_ = trial.coverage();
     }
-    LightTrials trials(from, source, blocks_, some, 0.8 * part);
-    if (const LightMethod settled = trials.settled(depths); settled.spacing <= method.spacing) {
+    LightTrials trials(from, depths, blocks_, some, 0.8 * part);
+    if (const LightMethod settled = trials.settled(); settled.spacing <= method.spacing) {
       method = settled;
       of_method = trials.first_miss();
     }
@@ -336,15 +439,13 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   error_ = sum(lights_error, sky_error_);
 }
 
-void Lighting::settle_lights(const View& view, const LightSource& source, const LightDepths& depths,
-                             double rms, const Progress& progress) {
+void Lighting::settle_lights(const View& view, const LightSource& source,
+                             const MediumDepths& depths, double rms, const Progress& progress) {
   const View typical = typical_view(view);
-  const LitLuminance luminance(view, beams_);
-  std::optional<LightPilot> own;  // the trials' pilot serves the typical picture
-  if (!same_frame(view.camera, typical.camera))
-    own.emplace(view, source.exact_depths(view), luminance, source.share);
-  LightTrials trials(typical, source, blocks_, beams_, rms);
-  LightMethod method = trials.first(depths);
+  std::optional<LightPilots> own;  // the trials' pilots serve the typical picture
+  if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
+  LightTrials trials(typical, depths, blocks_, beams_of(beams_), rms);
+  LightMethod method = trials.first();
   while (true) {
     set_method(beams_, method);
     sum_up(view, source, depths, progress);
@@ -361,7 +462,7 @@ void Lighting::add_sky(const View& view, int count) {
   for (const Beam& beam : sky_beams(view, count)) beams_.push_back(beam);
 }
 
-void Lighting::sum_up(const View& view, const LightSource& source, const LightDepths& depths,
+void Lighting::sum_up(const View& view, const LightSource& source, const MediumDepths& depths,
                       const Progress& progress) {
   std::vector<std::size_t> all(blocks_.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
@@ -369,8 +470,16 @@ void Lighting::sum_up(const View& view, const LightSource& source, const LightDe
   const LitLuminance luminance(view, beams_);
   if (source.values_are_seen && !luminance.reads_density() && view.medium.others.empty())
     source.values_are_seen();
-  medium_ = luminance.medium({blocks_, all}, depths, progress);
-  light_others(view, beams_, depths_of_others_, *medium_, progress);
+  const double volumes = double(depths.volumes());
+  const auto part = [&](double begin, double size) -> Progress {
+    return [&progress, begin, size](double done) {
+      if (progress) progress(begin + size * done);
+    };
+  };
+  medium_ = luminance.medium({blocks_, all}, depths.at(0), part(0, 1 / volumes));
+  light_others(
+      view, beams_, [&](std::size_t volume) { return depths.at(volume); }, *medium_,
+      part(1 / volumes, 1 - 1 / volumes));
 }
 
 }  // namespace psivox

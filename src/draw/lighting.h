@@ -20,7 +20,10 @@ inline constexpr double light_share = 0.5;
 /// What a wish for a picture of the scene asks of its light.
 LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish);
 
+class MediumDepths;
+
 /// Where optical depths towards lights come from: through the atlas of the whole, or part by part.
+/// Of several volumes those of a marcher are through the first alone.
 struct LightSource {
   std::function<LightDepths(const View& view)> depths;
   std::function<LightPilot::Depths(const View& view)> exact_depths;
@@ -71,23 +74,22 @@ class Lighting {
   void add_sky(const View& view, int count);
   /// Computes medium_ from beams_. First it calls the source's `values_are_seen`, unless the light
   /// is made of these values.
-  void sum_up(const View& view, const LightSource& source, const LightDepths& depths,
+  void sum_up(const View& view, const LightSource& source, const MediumDepths& depths,
               const Progress& progress);
   /// Computes the light of the beams that are there within an RMS, and finds their method.
-  void settle_lights(const View& view, const LightSource& source, const LightDepths& depths,
+  void settle_lights(const View& view, const LightSource& source, const MediumDepths& depths,
                      double rms, const Progress& progress);
 
   View view_;
   Box bricks_;
   std::vector<glm::ivec3> blocks_;  ///< visible; empty until they are needed
   std::optional<Medium> medium_;
-  std::vector<Beam> beams_;
+  std::vector<Beam> beams_;  ///< of the first volume
   Camera camera_;
   bool coarse_ = false;  ///< computed for a preview
   LightError error_;
   LightError sky_error_;     ///< what the sky's directions miss
   double sky_coverage_ = 0;  ///< of the picture that misses that: LightPilot::coverage()
-  DepthsOf depths_of_others_;
 };
 
 }  // namespace psivox

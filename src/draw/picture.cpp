@@ -127,7 +127,7 @@ void Picture::confirm_plan() {
         formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
         (lost.empty() ? ", by the device's arithmetic" : ": " + lost));
   }
-  if (rms > *tolerance) plan_->reached = false;
+  if (rms > *tolerance || drawn_.stats.stuck > 0) plan_->reached = false;
 }
 
 void Picture::add_error(const Medium& medium) {
@@ -149,7 +149,8 @@ void Picture::add_bound(const Medium& medium) {
   View dark = view_;
   dark.medium = medium;
   const Progress progress = of_stage(wish_.progress, Stage::checking);
-  const View exact = lit(dark, reference_light_depths(dark), progress);
+  const View exact = lit(
+      dark, [&](std::size_t volume) { return reference_light_depths(dark, volume); }, progress);
   drawn_.image.layers.push_back(bound_layer(exact, drawn_.image, 1e-9, progress));
   drawn_.bound = *std::ranges::max_element(drawn_.image.layers.back().values);
 }

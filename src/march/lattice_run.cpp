@@ -22,6 +22,20 @@ constexpr std::size_t bricks_at_once = 256;
 
 using Row = std::array<double, 8>;
 
+/// A voxel's taps and their weights: the first one's number, and the cubic's values.
+struct Tap {
+  int first;
+  std::array<double, taps> weights;
+
+  /// `x`: the number, not whole, of the column at the voxel.
+  explicit Tap(double x) {
+    const double below = std::floor(x), f = x - below, f2 = f * f, f3 = f2 * f;
+    first = int(below) - 1;
+    weights = {-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3, 0.5 * f + 2 * f2 - 1.5 * f3,
+               -0.5 * f2 + 0.5 * f3};
+  }
+};
+
 /// Of the 8 voxels of a block along one axis, the first taps and all weights.
 struct Taps {
   std::array<int, 8> first;
@@ -31,12 +45,9 @@ struct Taps {
   /// `at`: the number, not whole, of the column at a voxel.
   explicit Taps(const auto& at) {
     for (std::size_t i = 0; i < 8; ++i) {
-      const double x = at(int(i)), below = std::floor(x);
-      const double f = x - below, f2 = f * f, f3 = f2 * f;
-      first[i] = int(below) - 1;
-      const std::array<double, taps> own{-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3,
-                                         0.5 * f + 2 * f2 - 1.5 * f3, -0.5 * f2 + 0.5 * f3};
-      for (std::size_t k = 0; k < taps; ++k) weights[k][i] = own[k];
+      const Tap own(at(int(i)));
+      first[i] = own.first;
+      for (std::size_t k = 0; k < taps; ++k) weights[k][i] = own.weights[k];
       consecutive &= first[i] == first[0] + int(i);
     }
   }
@@ -56,6 +67,9 @@ struct Taps {
   }
 };
 
+/// Depths of a tile in a row: those of a brick, behind the slice before.
+constexpr int row_depths = lattice_depths_of_brick + lattice_columns * lattice_columns;
+
 /// Rows of a slab's tiles whose columns are asked for together.
 struct Piece {
   SlabTiles* slab;
@@ -72,7 +86,7 @@ class Columns {
       const bool dark = piece.slab->is_dark(tile);
       add(carries_[piece.slab->tiles()[tile]], dark ? own.data() : nullptr, depths);
       if (dark) own = own.subspan(lattice_depths_of_brick);
-      depths += lattice_depths_of_brick;
+      depths += row_depths;
     }
     return own;
   }
@@ -98,6 +112,7 @@ class Columns {
 
   /// `own` is null where nothing attenuates.
   static void add(Carry& carry, const double* own, double* to) {
+    to = std::ranges::copy(carry, to).out;
     for (int slice = 0; slice < lattice_slices; ++slice, to += carry.size()) {
       if (own)
         std::ranges::transform(carry, std::span(own, carry.size()), to, std::plus());
@@ -178,17 +193,100 @@ class BlockDepths {
   std::vector<Row> rows_;             ///< at voxels along axis_v
 };
 
+/// Interpolates voxels of another volume: across columns as those of a block, along them by the
+/// cubic through four slices or, at a slab's ends, the parabola through three.
+class PlacedDepths {
+ public:
+  PlacedDepths(const SlabTiles& slab, const TileRange& range, const VoxelPlaces& places)
+      : slab_(slab.slab()), range_(range), places_(places) {
+    for (int x = range.min.x; x <= range.max.x; ++x)
+      for (int y = range.min.y; y <= range.max.y; ++y) {
+        const double* depths = slab.depths({x, y});
+        const bool clear = std::all_of(depths - columns, depths + lattice_depths_of_brick,
+                                       [](double depth) { return depth == 0; });
+        tiles_.push_back(clear ? nullptr : depths);
+      }
+  }
+
+  /// The depths of a block's 512 voxels, z fastest; 0 of those that belong to other slabs.
+  void write(const glm::ivec3& block, double* to) const {
+    for (int i = 0; i < 512; ++i) to[i] = at(places_.at(block + leaf_voxel(i)));
+  }
+
+ private:
+  static constexpr int columns = lattice_columns * lattice_columns;
+
+  double at(const glm::dvec3& place) const {
+    const double from_slab = place.z - (slab_.first_slice - 1);
+    if (!(from_slab > 0) || place.z > slab_.end) return 0;
+    const glm::dvec2 low(8 * range_.min), high(8 * range_.max + 8);
+    if (!(place.x > low.x - 2 && place.y > low.y - 2 && place.x < high.x + 1 &&
+          place.y < high.y + 1))
+      return 0;
+    const Tap u(place.x), v(place.y);
+    const double along = std::min(from_slab, double(lattice_slices));
+    const int slice = std::min(int(along), lattice_slices - 1);
+    const double f = along - slice;
+    if (f == 1) return across(u, v, slice + 1);
+    if (slice == 0)
+      return 0.5 * (1 - f) * (2 - f) * across(u, v, 0) + f * (2 - f) * across(u, v, 1) -
+             0.5 * f * (1 - f) * across(u, v, 2);
+    if (slice == lattice_slices - 1)
+      return 0.5 * f * (1 + f) * across(u, v, slice + 1) + (1 - f) * (1 + f) * across(u, v, slice) -
+             0.5 * f * (1 - f) * across(u, v, slice - 1);
+    const Tap w(along);
+    double sum = 0;
+    for (int k = 0; k < int(taps); ++k)
+      sum += w.weights[std::size_t(k)] * across(u, v, w.first + k);
+    return sum;
+  }
+
+  /// The depth in a slice, counted from the one before the slab.
+  double across(const Tap& u, const Tap& v, int slice) const {
+    const int last = v.first + int(taps) - 1, row = range_.size().y;
+    double sum = 0;
+    for (int a = 0; a < int(taps); ++a) {
+      const int i = u.first + a, x = (i >> 3) - range_.min.x;
+      if (x < 0 || (i >> 3) > range_.max.x) continue;
+      double own = 0;
+      for (int j = v.first; j <= last;) {
+        const int y = (j >> 3) - range_.min.y, end = std::min((j | 7), last);
+        const bool inside = y >= 0 && y < row;
+        const double* const tile = inside ? tiles_[std::size_t(x * row + y)] : nullptr;
+        if (tile) {
+          const double* from = tile + (slice - 1) * columns + (i & 7) * lattice_columns;
+          for (int k = j; k <= end; ++k) own += v.weights[std::size_t(k - v.first)] * from[k & 7];
+        }
+        j = end + 1;
+      }
+      sum += u.weights[std::size_t(a)] * own;
+    }
+    return sum;
+  }
+
+  const LightSlab& slab_;
+  TileRange range_;
+  const VoxelPlaces& places_;
+  std::vector<const double*> tiles_;  ///< of range_, axis_v fastest; null: depths of 0
+};
+
 /// For each tile that wanted blocks are interpolated from, the first slice of the last such slab.
-TileNumbers last_slabs(const LatticeFrame& frame, std::span<const glm::ivec3> all,
-                       const LightSlabs& slabs) {
+TileNumbers last_slabs(const WantedBlocks& wanted, const LightSlabs& slabs) {
   TileNumbers last;
   for (const LightSlab& slab : slabs.all())
     for (const std::uint32_t block : slab.wanted) {
-      const TileRange range = tiles_of(frame, all[block], slab.first_slice);
+      const TileRange range = wanted.tiles(block, slab);
       for (int x = range.min.x; x <= range.max.x; ++x)
         for (int y = range.min.y; y <= range.max.y; ++y) last[{x, y}] = slab.first_slice;
     }
   return last;
+}
+
+void WantedBlocks::depths(std::size_t block, const SlabTiles& slab, double* to) const {
+  if (places_)
+    PlacedDepths(slab, tiles(block, slab.slab()), *places_).write(blocks_.placed->all[block], to);
+  else
+    BlockDepths(frame_, slab, blocks_.all[block]).write(to);
 }
 
 }  // namespace light_tiles
@@ -201,7 +299,8 @@ struct LatticeRun::Impl {
   LightBlocks blocks;
   TakeDepths take;
   bool from_light;
-  std::optional<TileNumbers> last;
+  WantedBlocks wanted{frame, blocks};
+  std::optional<TileNumbers> last{};
   std::size_t next = 0;  ///< slab
   Columns columns{};
   std::vector<double> found{};
@@ -237,39 +336,38 @@ struct LatticeRun::Impl {
         row = std::move(unused.back());
         unused.pop_back();
       }
-      row.resize(std::max(row.size(), (end - i) * lattice_depths_of_brick));
+      row.resize(std::max(row.size(), (end - i) * row_depths));
       own = columns.join({&slab, i, end}, own, row.data());
       for (std::size_t tile = i; tile < end; ++tile)
-        slab.set_depths(tile, row.data() + (tile - i) * lattice_depths_of_brick);
+        slab.set_depths(tile, row.data() + (tile - i + 1) * row_depths - lattice_depths_of_brick);
     }
-    const std::vector<std::uint32_t>& wanted = slab.slab().wanted;
-    const auto range = [&](std::size_t i) {
-      return tiles_of(frame, blocks.all[wanted[i]], slab.first_slice());
-    };
+    const std::vector<std::uint32_t>& own_blocks = slab.slab().wanted;
+    const auto range = [&](std::size_t i) { return wanted.tiles(own_blocks[i], slab.slab()); };
     const bool complete = piece.end == tiles.size();
     std::size_t ready = slab.done;
-    while (ready < wanted.size() && (complete || range(ready).max.x <= tiles[piece.end - 1].x))
+    while (ready < own_blocks.size() && (complete || range(ready).max.x <= tiles[piece.end - 1].x))
       ++ready;
     tbb::parallel_for(slab.done, ready, [&](std::size_t i) {
       std::array<double, 512> of_block;
-      BlockDepths(frame, slab, blocks.all[wanted[i]]).write(of_block.data());
-      take(wanted[i], of_block);
+      wanted.depths(own_blocks[i], slab, of_block.data());
+      take(own_blocks[i], of_block);
     });
     slab.done = ready;
-    while (!rows.empty() && (ready == wanted.size() || rows.begin()->first < range(ready).min.x)) {
+    while (!rows.empty() &&
+           (ready == own_blocks.size() || rows.begin()->first < range(ready).min.x)) {
       unused.push_back(std::move(rows.begin()->second));
       rows.erase(rows.begin());
     }
-    if (complete) columns.forget(frame, slab);
+    if (complete && !wanted.placed()) columns.forget(frame, slab);  // shadows go on
     return own;
   }
 };
 
 LatticeRun::LatticeRun(const LatticeFrame& frame, const LightSlabs& slabs,
                        const LightBlocks& blocks, TakeDepths take, bool from_light)
-    : impl_(std::make_unique<Impl>(Impl{frame, slabs, blocks, std::move(take), from_light, {}})) {
-  if (from_light || blocks.wanted.size() < blocks.all.size())
-    impl_->last = last_slabs(frame, blocks.all, slabs);
+    : impl_(std::make_unique<Impl>(frame, slabs, blocks, std::move(take), from_light)) {
+  if (from_light || blocks.placed || blocks.wanted.size() < blocks.all.size())
+    impl_->last = last_slabs(impl_->wanted, slabs);
 }
 LatticeRun::~LatticeRun() = default;
 LatticeRun::LatticeRun(LatticeRun&&) noexcept = default;
@@ -302,7 +400,7 @@ void LatticeRun::go_on(int end, const LatticeColumns& columns, const Progress& p
   for (; impl.next < slabs.size() && slabs[impl.next].first_slice < end; ++impl.next) {
     const LightSlab& slab = slabs[impl.next];
     open.emplace_back(impl.frame, slab, impl.blocks.all, impl.last ? &*impl.last : nullptr,
-                      impl.from_light);
+                      impl.from_light, impl.blocks.placed ? &impl.wanted : nullptr);
     // several thin slabs at once: a device works on many bricks alike
     for (const Piece& piece : impl.pieces_of(open.back())) {
       batch.push_back(piece);

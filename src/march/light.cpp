@@ -76,9 +76,12 @@ Field field_of_blocks(const Field& density, const LightBlocks& blocks, int chann
 /// the paper's a, b and c; its light may not exceed its extinction (a <= b).
 constexpr double octave_ratio = 0.5;
 
-/// The view with a further volume in the first one's place, and the first one in its.
-View seen_from(const View& view, std::size_t other) {
+}  // namespace
+
+View seen_from(const View& view, std::size_t volume) {
   View own = view;
+  if (volume == 0) return own;
+  const std::size_t other = volume - 1;
   own.medium = view.medium.others[other];
   own.medium.others = view.medium.others;
   own.medium.others[other] = view.medium;
@@ -88,17 +91,18 @@ View seen_from(const View& view, std::size_t other) {
   return own;
 }
 
-/// The beams of the first volume as they light another, whose albedo is its own.
-std::vector<Beam> beams_on(const View& other, std::span<const Beam> beams) {
-  std::vector<Beam> own = light_beams(other);
-  const auto sky = int(beams.size() - own.size());
-  if (sky > 0)
-    for (const Beam& beam : sky_beams(other, sky)) own.push_back(beam);
-  for (Beam& beam : own) beam.method = {.termination = beams.front().method.termination};
+std::vector<Beam> beams_on(const View& seen, std::size_t volume, std::span<const Beam> beams) {
+  if (volume == 0) return {beams.begin(), beams.end()};
+  std::vector<Beam> own = light_beams(seen);
+  const std::size_t lights = own.size();
+  if (beams.size() > lights)
+    for (const Beam& beam : sky_beams(seen, int(beams.size() - lights))) own.push_back(beam);
+  for (std::size_t b = 0; b < own.size(); ++b)
+    own[b].method = (b < lights ? beams[b] : beams.back()).method;
+  // of the picture's camera, whatever that of `seen` is
+  for (std::size_t b = 0; b < lights; ++b) own[b].direction = beams[b].direction;
   return own;
 }
-
-}  // namespace
 
 std::shared_ptr<const TransferFunction> without_colors(const Medium& medium) {
   if (!medium.transfer) return nullptr;
@@ -317,26 +321,33 @@ Medium lit_medium(const View& view, std::vector<Beam> beams, const LightDepths& 
 
 }  // namespace
 
-void light_others(const View& dark, std::span<const Beam> beams, const DepthsOf& depths_of,
+void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt& depths_at,
                   Medium& lit, const Progress& progress) {
-  const double count = double(dark.medium.others.size());
-  for (std::size_t i = 0; i < dark.medium.others.size(); ++i) {
-    const View view = seen_from(dark, i);
-    lit.others[i] = lit_medium(view, beams_on(view, beams), depths_of(view), [&](double done) {
-      if (progress) progress((double(i) + done) / count);
-    });
+  const std::size_t count = dark.medium.others.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t volume = i + 1;
+    const View view = seen_from(dark, volume);
+    lit.others[i] =
+        lit_medium(view, beams_on(view, volume, beams), depths_at(volume), [&](double done) {
+          if (progress) progress((double(i) + done) / double(count));
+        });
     lit.others[i].others.clear();
   }
 }
 
-View lit(View view, const LightDepths& depths, const Progress& progress) {
+View lit(View view, const DepthsAt& depths_at, const Progress& progress) {
   if (!view.medium.light) return view;
   std::vector<Beam> beams = light_beams(view);
   for (const Beam& beam : sky_beams(view, exact_sky_count)) beams.push_back(beam);
   const View dark = view;
-  view.medium = lit_medium(dark, beams, depths, progress);
-  light_others(dark, beams, own_light_depths, view.medium, progress);
+  view.medium = lit_medium(dark, beams, depths_at(0), progress);
+  light_others(dark, beams, depths_at, view.medium, progress);
   return view;
+}
+
+View lit(View view, const LightDepths& depths, const Progress& progress) {
+  return lit(
+      std::move(view), [&](std::size_t) { return depths; }, progress);
 }
 
 View light_march(const View& view, const Beam& beam) {
@@ -346,7 +357,7 @@ View light_march(const View& view, const Beam& beam) {
   scene.mode = Mode::alpha;
   scene.sampling = Sampling::cells;
   scene.step.reset();
-  scene.integrator = view.medium.others.empty() ? Integrator::psi_weighted : Integrator::cell_exact;
+  scene.integrator = Integrator::psi_weighted;
   // between knots of values the attenuation is a cubic, whose depth is exact
   scene.split_knots = !view.medium.gradient;
   if (scene.split_knots)
@@ -362,11 +373,7 @@ View light_march(const View& view, const Beam& beam) {
   medium.luminance.reset();
   medium.emission.clear();
   medium.light.reset();
-  for (Medium& other : medium.others) {
-    other.color = medium.color;
-    other.lit = false;
-    other.emission.clear();
-  }
+  medium.others.clear();
   Camera& camera = towards.camera;
   camera = {};
   camera.forward = -beam.direction;

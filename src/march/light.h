@@ -48,10 +48,18 @@ inline constexpr int exact_sky_count = 512;
 /// integrated.
 inline constexpr int gradient_segments = 32;
 
+/// Blocks of 8^3 voxels of another volume, by their first voxels.
+struct PlacedBlocks {
+  std::span<const glm::ivec3> all;
+  glm::dmat4 to_index{1};  ///< from that volume's index space to the density's
+};
+
 /// Blocks of 8^3 voxels of the density, by their first voxels.
 struct LightBlocks {
   std::span<const glm::ivec3> all;      ///< that hold a corner of a cell with attenuation
   std::span<const std::size_t> wanted;  ///< whose depths are asked for: places in `all`
+  /// If set, depths are asked for at another volume's blocks: `wanted` are places in these.
+  const PlacedBlocks* placed = nullptr;
 };
 
 /// Takes a block's optical depths: 512, z fastest. Several threads may call it at once, for
@@ -161,24 +169,32 @@ void take_blocks(const LightBlocks& blocks, const VoxelDepth& depth, const TakeD
 /// The depths of some voxels, by all threads.
 std::vector<double> depths_of(std::span<const glm::ivec3> voxels, const VoxelDepth& depth);
 
-/// Depths through the medium of a view, which must outlive them.
-using DepthsOf = std::function<LightDepths(const View& view)>;
+/// The view with one of its volumes in the first one's place, and the first one in its; 0: the
+/// first.
+View seen_from(const View& view, std::size_t volume);
 
-/// In double, through an atlas that is built for them.
-LightDepths own_light_depths(const View& view);
+/// The beams of the first volume as they light one of a view's volumes, which is the first of
+/// `seen`: its albedo is its own.
+std::vector<Beam> beams_on(const View& seen, std::size_t volume, std::span<const Beam> beams);
+
+/// Depths through the whole medium from voxels of one of its volumes; 0: the first.
+using DepthsAt = std::function<LightDepths(std::size_t volume)>;
 
 /// Lights the further volumes of a dark view's medium by the beams that `lit`, its lit medium, has.
-void light_others(const View& dark, std::span<const Beam> beams, const DepthsOf& depths_of,
+void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt& depths_at,
                   Medium& lit, const Progress& progress = {});
 
 /// The view in the light of its beams and, if it has a sky, of exact_sky_count directions, all
 /// exact.
+View lit(View view, const DepthsAt& depths_at, const Progress& progress = {});
+/// That of a view with one volume.
 View lit(View view, const LightDepths& depths, const Progress& progress = {});
 
 /// The medium's transfer function without its colours, which are in the light's luminance.
 std::shared_ptr<const TransferFunction> without_colors(const Medium& medium);
 
-/// The view whose march gives exact depths: orthographic, looking towards the light, cells only.
+/// The view whose march gives exact depths through the first volume: orthographic, looking towards
+/// the light, cells only.
 View light_march(const View& view, const Beam& beam);
 
 }  // namespace psivox

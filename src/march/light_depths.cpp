@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <functional>
+#include <glm/common.hpp>
 #include <memory>
 
+#include "field/field_cursor.h"
 #include "field/leaf_values.h"
 #include "march/atlas_march.h"
 #include "march/light.h"
@@ -19,21 +21,32 @@ namespace {
 /// Blocks whose exact depths are asked for at once, between two reports of progress.
 constexpr std::size_t batch = 512;
 
-/// Optical depths from voxels towards a beam, by rays.
+/// Optical depths towards a beam, by rays.
 class MarchedDepths {
  public:
   MarchedDepths(const View& view, const MediumAtlas& atlas, const Beam& beam)
       : setup_(make_march_setup(light_march(view, beam), atlas)), atlas_(atlas) {}
 
-  double operator()(const glm::ivec3& voxel) {
+  double operator()(const glm::dvec3& point) {
     glsl::AtlasMarch& march = workers_.local();
-    const auto ray = march.light_ray(voxel - setup_.origin);
+    const auto ray = ray_from(march, point);
+    if (!(ray.end > ray.begin)) return 0;
     auto state = march.begin_march(ray);
     march_on(march, state, ray);
     return state.optical_depth;
   }
 
  private:
+  glsl::AtlasMarch::Ray ray_from(glsl::AtlasMarch& march, const glm::dvec3& point) const {
+    const auto& grid = march.density;
+    const Box& domain = atlas_.density.domain;
+    if (glm::clamp(point, glm::dvec3(domain.min), glm::dvec3(domain.max)) == point)
+      if (const glm::ivec3 voxel = nearest_voxel(point); glm::dvec3(voxel) == point)
+        return march.light_ray(voxel - setup_.origin);
+    return march.make_ray(point - glm::dvec3(setup_.origin), grid.direction_0, grid.domain_min,
+                          grid.domain_max, 0.0);
+  }
+
   MarchSetup setup_;
   const MediumAtlas& atlas_;
   tbb::enumerable_thread_specific<glsl::AtlasMarch> workers_{
@@ -90,13 +103,17 @@ void DoubleMarcher::with_lattice(const View& view, const Beam& beam, const UseLa
   use(frame, light_columns<double>(frame, view, *atlas_, beam));
 }
 
+PointDepth march_double_light_depth(const View& view, const MediumAtlas& atlas, const Beam& beam) {
+  return [depths = std::make_shared<MarchedDepths>(view, atlas, beam)](const glm::dvec3& point) {
+    return (*depths)(point);
+  };
+}
+
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas) {
   return one_by_one([&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
                         const Progress& progress) {
-    if (beam.method.spacing == 0) {
-      MarchedDepths depth(view, atlas, beam);
-      return take_blocks(blocks, std::ref(depth), take, progress);
-    }
+    if (beam.method.spacing == 0)
+      return take_blocks(blocks, march_double_light_depth(view, atlas, beam), take, progress);
     const LatticeFrame frame(view, atlas, beam);
     lattice_depths(frame, blocks, light_columns<double>(frame, view, atlas, beam), take, progress);
   });
@@ -105,16 +122,7 @@ LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas
 std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,
                                               const Beam& beam,
                                               std::span<const glm::ivec3> voxels) {
-  MarchedDepths depth(view, atlas, beam);
-  return depths_of(voxels, std::ref(depth));
-}
-
-LightDepths own_light_depths(const View& view) {
-  const auto atlas = std::make_shared<const MediumAtlas>(build_medium_atlas(view));
-  return [&view, atlas](std::span<const Beam> beams, const LightBlocks& blocks,
-                        const TakeLight& take, const Progress& progress) {
-    march_double_light_depths(view, *atlas)(beams, blocks, take, progress);
-  };
+  return depths_of(voxels, march_double_light_depth(view, atlas, beam));
 }
 
 }  // namespace psivox

@@ -52,6 +52,7 @@ void lattice_depths(const LatticeFrame& frame, const LightBlocks& blocks,
                     const Progress& progress) {
   constexpr int least = std::numeric_limits<int>::min(), most = std::numeric_limits<int>::max();
   LightSlabs slabs(frame, blocks);
+  if (blocks.placed) slabs.place(light_tiles::WantedBlocks(frame, blocks));
   slabs.add_octants(frame, *frame.density, least, most);
   LatticeRun(frame, slabs, blocks, take).go_on(most, in_part(frame, columns), progress);
 }
@@ -77,13 +78,27 @@ LightSlabs::LightSlabs(const LatticeFrame& frame, const LightBlocks& blocks) {
     return slabs[std::min(frame.slice(z), frame.slice(z + 7))];
   };
   for (std::size_t i = 0; i < blocks.all.size(); ++i) slab_of(i).blocks.push_back(std::uint32_t(i));
-  for (const std::size_t i : blocks.wanted) slab_of(i).wanted.push_back(std::uint32_t(i));
+  if (!blocks.placed)
+    for (const std::size_t i : blocks.wanted) slab_of(i).wanted.push_back(std::uint32_t(i));
   for (auto& [first_slice, slab] : slabs) {
     slab.first_slice = first_slice;
     std::ranges::stable_sort(slab.wanted, std::less{},
                              [&](std::uint32_t i) { return blocks.all[i][frame.axis_u]; });
     slabs_.push_back(std::move(slab));
   }
+}
+
+void LightSlabs::place(const light_tiles::WantedBlocks& wanted) {
+  for (std::size_t k = 0; k + 1 < slabs_.size(); ++k) slabs_[k].end = slabs_[k + 1].first_slice - 1;
+  for (const std::size_t block : wanted.all()) {
+    const glm::dvec2 slices = wanted.slices(block);
+    auto slab = std::ranges::lower_bound(slabs_, slices.x, std::less{}, &LightSlab::end);
+    for (; slab != slabs_.end() && slab->first_slice - 1 < slices.y; ++slab)
+      if (!wanted.tiles(block, *slab).empty()) slab->wanted.push_back(std::uint32_t(block));
+  }
+  for (LightSlab& slab : slabs_)
+    std::ranges::stable_sort(slab.wanted, std::less{},
+                             [&](std::uint32_t block) { return wanted.tiles(block, slab).min.x; });
 }
 
 void LightSlabs::fill(int end) {
@@ -120,6 +135,21 @@ void LightSlabs::drop_octants() {
   for (LightSlab& slab : slabs_) slab.octants = {};
 }
 
+VoxelPlaces::VoxelPlaces(const LatticeFrame& frame, const glm::dmat4& to_index) {
+  const auto place = [&](const glm::dvec3& voxel) {
+    const glm::dvec3 at(to_index * glm::dvec4(voxel, 1));
+    const double slice = frame.side * (frame.first - at[frame.axis]);
+    const glm::dvec2 across(at[frame.axis_u], at[frame.axis_v]);
+    return glm::dvec3((across - frame.origin + slice * frame.shear) / frame.spacing, slice);
+  };
+  first = place(glm::dvec3(0));
+  for (int i = 0; i < 3; ++i) {
+    glm::dvec3 one(0);
+    one[i] = 1;
+    steps[i] = place(one) - first;
+  }
+}
+
 }  // namespace psivox
 
 namespace psivox::light_tiles {
@@ -146,27 +176,69 @@ TileRange tiles_through(const LatticeFrame& frame, const Octant& octant) {
 
 }  // namespace
 
+WantedBlocks::WantedBlocks(const LatticeFrame& frame, const LightBlocks& blocks)
+    : frame_(frame), blocks_(blocks) {
+  if (blocks.placed) places_.emplace(frame, blocks.placed->to_index);
+}
+
+TileRange WantedBlocks::tiles(std::size_t block, const LightSlab& slab) const {
+  if (!places_) return tiles_of(frame_, blocks_.all[block], slab.first_slice);
+  const auto [low, high] = places(block);
+  // no column attenuates that has not met the domain, from which taps reach two columns
+  const glm::dvec2 min(frame_.across(frame_.domain.min)), max(frame_.across(frame_.domain.max));
+  const auto column = [&](const glm::dvec2& voxel, int coordinate) {
+    return frame_.column(voxel, frame_.slice(coordinate));
+  };
+  const int a = frame_.domain.min[frame_.axis], b = frame_.domain.max[frame_.axis];
+  const glm::dvec2 least = glm::min(column(min, a), column(min, b)) - 2.0;
+  const glm::dvec2 most = glm::max(column(max, a), column(max, b)) + 2.0;
+  if (glm::any(glm::greaterThan(glm::dvec2(low), most)) ||
+      glm::any(glm::lessThan(glm::dvec2(high), least)))
+    return {glm::ivec2(0), glm::ivec2(-1)};
+  return {(glm::ivec2(glm::floor(glm::max(glm::dvec2(low), least))) - 1) >> 3,
+          (glm::ivec2(glm::floor(glm::min(glm::dvec2(high), most))) + 2) >> 3};
+}
+
+std::array<glm::dvec3, 2> WantedBlocks::places(std::size_t block) const {
+  const glm::dvec3 first = places_->at(blocks_.placed->all[block]);
+  glm::dvec3 low = first, high = first;
+  for (int i = 0; i < 3; ++i) {
+    low += glm::min(7.0 * places_->steps[i], glm::dvec3(0));
+    high += glm::max(7.0 * places_->steps[i], glm::dvec3(0));
+  }
+  return {low, high};
+}
+
+glm::dvec2 WantedBlocks::slices(std::size_t block) const {
+  const auto [low, high] = places(block);
+  return {low.z, high.z};
+}
+
 SlabTiles::SlabTiles(const LatticeFrame& frame, const LightSlab& slab,
-                     std::span<const glm::ivec3> all, const TileNumbers* last, bool from_light)
+                     std::span<const glm::ivec3> all, const TileNumbers* last, bool from_light,
+                     const WantedBlocks* placed)
     : slab_(slab) {
-  find_tiles(frame, all, last, from_light);
+  find_tiles(frame, all, last, from_light, placed);
   find_dark(frame);
   depths_.resize(tiles_.size(), nullptr);
 }
 
 void SlabTiles::find_tiles(const LatticeFrame& frame, std::span<const glm::ivec3> all,
-                           const TileNumbers* last, bool from_light) {
+                           const TileNumbers* last, bool from_light, const WantedBlocks* placed) {
   if (from_light) {
     for (const auto& [tile, slab] : *last)
       if (slab >= slab_.first_slice) tiles_.push_back(tile);
   } else {
-    for (const std::uint32_t block : slab_.blocks) {
-      const TileRange range = tiles_of(frame, all[block], slab_.first_slice);
+    const auto add = [&](const TileRange& range) {
       for (int x = range.min.x; x <= range.max.x; ++x)
         for (int y = range.min.y; y <= range.max.y; ++y)
           if (is_needed({x, y}, last) && index_.try_emplace({x, y}, 0).second)
             tiles_.emplace_back(x, y);
-    }
+    };
+    for (const std::uint32_t block : slab_.blocks)
+      add(tiles_of(frame, all[block], slab_.first_slice));
+    if (placed)
+      for (const std::uint32_t block : slab_.wanted) add(placed->tiles(block, slab_));
   }
   std::ranges::sort(tiles_, [](const glm::ivec2& a, const glm::ivec2& b) {
     return a.x != b.x ? a.x < b.x : a.y < b.y;

@@ -13,7 +13,13 @@ namespace psivox {
 RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
                                  const RenderOptions& options = {});
 
-/// Optical depths towards light over the density's atlas. View and atlas must outlive them.
+/// The exact depth towards a beam, through the first volume, from a point of its index space.
+/// Several threads may call it. The atlas must outlive it.
+using PointDepth = std::function<double(const glm::dvec3& point)>;
+PointDepth march_double_light_depth(const View& view, const MediumAtlas& atlas, const Beam& beam);
+
+/// Optical depths towards light through the first volume, over the density's atlas. View and atlas
+/// must outlive them.
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas);
 /// Exact depths from some voxels of the density.
 std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,

@@ -74,7 +74,8 @@ class Marcher {
   /// needs the copy. Later renders must ask for the same filter.
   virtual void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) = 0;
   /// Optical depths towards the light of a view whose density is uploaded, with exact filtering:
-  /// for lit() (light.h), before the next upload. View and atlas must outlive them.
+  /// for lit() (light.h), before the next upload. View and atlas must outlive them. Of several
+  /// volumes those are through the first alone, unless the marcher reads the grids.
   virtual LightDepths light_depths(const View& view) = 0;
   /// Gives the lattice by which light_depths() would find the depths of a beam.
   using UseLattice = std::function<void(const LatticeFrame& frame, const LatticeColumns& columns)>;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "atlas/atlas.h"
@@ -36,6 +37,12 @@ struct MediumAtlas {
   /// In a region's atlas, the greatest value of the whole density: what a march derives from it
   /// must not differ from region to region.
   std::optional<double> greatest{};
+
+  /// Where a medium's further volumes are; none if it has none: one is marched alone, to light.
+  std::span<const PlacedOther> placed_in(const Medium& medium) const {
+    if (medium.others.empty()) return {};
+    return placed;
+  }
 
   /// Sum over the grids.
   AtlasSize size() const;

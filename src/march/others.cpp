@@ -91,8 +91,8 @@ void join_others(const std::vector<OtherBricks>& parts, MediumAtlas& atlas) {
 }
 
 void place_others(const View& view, const MediumAtlas& atlas, MarchSetup& setup) {
-  if (!atlas.others) return;
   const Medium& medium = view.medium;
+  if (atlas.placed_in(medium).empty()) return;
   std::vector<glm::vec4> entries;
   const auto add_exact = [&](const glm::dvec4& numbers) {
     const glm::vec4 high(numbers);
@@ -100,9 +100,8 @@ void place_others(const View& view, const MediumAtlas& atlas, MarchSetup& setup)
     entries.emplace_back(numbers - glm::dvec4(high));
   };
   bool shine = false;
-  for (const PlacedOther& placed : atlas.placed) {
+  for (const PlacedOther& placed : atlas.placed_in(medium)) {
     const Medium& other = medium.others[placed.volume];
-    if (placed.emits >= other.emission.size()) continue;  // towards light
     const Emission* const emission = placed.emits ? &other.emission[*placed.emits] : nullptr;
     const Field& field = emission ? *emission->field : *other.density;
     const glm::ivec3 origin = make_ray_bundle(view.camera, field, *medium.density).origin;

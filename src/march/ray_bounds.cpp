@@ -109,7 +109,7 @@ DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas) {
   const bool runs = !medium.others.empty() &&
                     std::ranges::any_of(atlas.density.constants, [](float v) { return v > 0; });
   double cell = per_length * (runs ? way : diagonal_of(*medium.density, one));
-  for (const PlacedOther& other : atlas.placed) {
+  for (const PlacedOther& other : atlas.placed_in(medium)) {
     const Medium& volume = medium.others[other.volume];
     const double depth = volume.extinction * other.greatest;
     per_length += depth;

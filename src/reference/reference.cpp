@@ -148,11 +148,23 @@ std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::
 
 namespace {
 
+/// What attenuates in a view, all volumes together.
+Medium all_attenuation(const View& view, const Beam& beam) {
+  Medium medium = light_march(view, beam).medium;
+  medium.others = view.medium.others;
+  for (Medium& other : medium.others) {
+    other.color = medium.color;
+    other.lit = false;
+    other.emission.clear();
+  }
+  return medium;
+}
+
 /// Optical depths from voxels towards a beam.
 class VoxelDepths {
  public:
   VoxelDepths(const View& view, const Beam& beam)
-      : medium_(light_march(view, beam).medium), towards_(-beam.direction) {}
+      : medium_(all_attenuation(view, beam)), towards_(-beam.direction) {}
 
   double operator()(const glm::ivec3& voxel) {
     const glm::dmat4& world_from_index = medium_.medium.density->world_from_index;
@@ -169,10 +181,11 @@ class VoxelDepths {
 
 }  // namespace
 
-LightDepths reference_light_depths(const View& view) {
-  return one_by_one([&view](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-                            const Progress& progress) {
-    VoxelDepths depth(view, beam);
+LightDepths reference_light_depths(const View& view, std::size_t volume) {
+  return one_by_one([seen = seen_from(view, volume)](const Beam& beam, const LightBlocks& blocks,
+                                                     const TakeDepths& take,
+                                                     const Progress& progress) {
+    VoxelDepths depth(seen, beam);
     take_blocks(blocks, std::ref(depth), take, progress);
   });
 }

@@ -30,8 +30,9 @@ Layer bound_layer(const View& view, const Image& picture, double tolerance = 1e-
 std::vector<glm::dvec4> reference_pixels(const View& view, std::span<const glm::ivec2> pixels,
                                          double tolerance = 1e-12, const Progress& progress = {});
 
-/// Exact optical depths towards light, whatever a beam's method. The view must outlive them.
-LightDepths reference_light_depths(const View& view);
+/// Exact optical depths towards light through the whole medium, whatever a beam's method, from
+/// voxels of one of its volumes; 0: the first.
+LightDepths reference_light_depths(const View& view, std::size_t volume = 0);
 /// The depths from some voxels.
 std::vector<double> reference_light_depths(const View& view, const Beam& beam,
                                            std::span<const glm::ivec3> voxels);

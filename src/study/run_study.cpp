@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "field/leaf_values.h"
+#include "plan/plan.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
@@ -243,6 +244,7 @@ class StudyRun {
     const Image& reference = pictures_.reference(variant);
     if (drawn.plan) {
       point.chosen = variant_of(drawn.plan->chosen.method, variant.resolution);
+      if (drawn.plan->march->code_widths) point.chosen->texel = TexelType::automatic;
       point.estimate = drawn.plan->chosen.rms;
     }
     point.error = picture_error(drawn.image, reference);

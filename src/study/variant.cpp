@@ -171,7 +171,10 @@ std::string sampling_name(const Variant& variant) {
                                                : parameter_text(scene, "sampling");
   if (variant.method.segments) name += " " + parameter_text(scene, "segments");
   if (variant.filter != Filter::exact) name += " " + parameter_text(scene, "filter");
-  if (variant.texel != TexelType::float32) name += " " + parameter_text(scene, "texel");
+  if (variant.texel == TexelType::automatic)
+    name += " in codes";
+  else if (variant.texel != TexelType::float32)
+    name += " " + parameter_text(scene, "texel");
   if (variant.resolution.x > 0) name += " " + parameter_text(scene, "resolution");
   return name;
 }

@@ -143,6 +143,23 @@ def test_several_volumes(blobs):
     assert psivox.compare(image, again).max == 0
 
 
+def test_lattices_that_share_faces(tmp_path):
+    """Rays that are almost in a face of both lattices cross it as all others do."""
+    values = np.ones((13, 13, 13), "f4")
+    colors = np.random.default_rng(0).random((6, 6, 6, 3), "f4")
+    origin = (0.62618988, 1.19474907, -0.49055802)
+    image = psivox.render(
+        {"density": psivox.field(values, origin=origin),
+         "L": psivox.field(colors, voxel_size=2.4, origin=origin)},
+        look="plain", grid="density", luminance_grid="L", extinction=2.5 / 12,
+        integrator="cell-exact", resolution=(128, 128), fov=40, aov=["steps"],
+        camera_position=(-0.7426324327397404, 8.405780672309831, -13.107136514692368),
+        camera_target=(6.626189875051028, 7.194749070196598, 5.509441977403456))
+    assert image.notices == []
+    # as many as the faces that a ray crosses: 3 x (13 + 6) at most
+    assert 30 < image["steps"].max() <= 57
+
+
 def test_a_transparent_picture_stays_so_beside_an_opaque_file(blobs, tmp_path):
     image = psivox.render(blobs, resolution=SMALL, look="surface")
     before = np.array(image)
