@@ -112,9 +112,10 @@ struct TimeSample {
 /// The measurements of one variant.
 struct StudyPoint {
   Variant variant;
-  std::optional<Variant> chosen;  ///< under a tolerance: the method that was used; texel auto: codes
-  double estimate = 0;            ///< under a tolerance: the estimated RMS
-  PictureError error;             ///< GPU - reference
+  std::optional<Variant>
+      chosen;           ///< under a tolerance: the method that was used; texel auto: codes
+  double estimate = 0;  ///< under a tolerance: the estimated RMS
+  PictureError error;   ///< GPU - reference
   /// Another point, by its name, that differs from this one in its rule alone, and whose picture
   /// differs by rounding alone; empty for the first of such points.
   std::string same_as{};
