@@ -110,8 +110,11 @@ vec4 filtered(sampler3D bricks, int slot, vec3 local) {
 uvec4 fetch_code(int i) { return density_code(i); }
 
 // A luminance beside the density is in its texels' further channels, but in textures of its own for the
-// driver's filter.
-vec4 fetch_pair(int i) { return density_texel(i); }
+// driver's filter and where the driver reads the host's memory.
+vec4 fetch_pair(int i) {
+  if (luminance_apart) return vec4(density_texel(i).x, luminance_texel(i).xyz);
+  return density_texel(i);
+}
 bool is_beside(int grid) { return paired && !hardware_filter && grid == luminance_grid; }
 
 uint fetch_page(int grid, int i) {

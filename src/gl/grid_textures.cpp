@@ -207,7 +207,7 @@ void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* be
   upload_texels(texels, [&](std::uint64_t first, std::uint64_t count) {
     if (beside) return upload_pairs(atlas, *beside, first, count);
     const std::uint64_t at = first * channels;
-    if (atlas.texel == TexelType::float32 && (channels == 1 || texels > most_padded))
+    if (atlas.texel == TexelType::float32 && (channels == 1 || in_place_ || texels > most_padded))
       return texel_texture(format, atlas.texels32, at, count * channels);
     if (atlas.texel == TexelType::float32) {
       const auto four = padded(atlas.texels32.get() + at, count);
@@ -233,30 +233,25 @@ GLuint AtlasTextures::pair_texture(GLenum format, T* own, T* beside, std::size_t
   const std::size_t width = 1 + others;
   // a piece at a time, so that what is written last is still in the processor's cache
   constexpr std::size_t piece = std::size_t{1} << 18;
-  const std::size_t texels = (in_place_ ? count : std::min(count, piece)) * width;
-  const std::shared_ptr<T[]> pairs = page_array<T>(texels);
-  ask_for_large_pages(pairs.get(), texels * sizeof(T));
-  const GLuint copy = in_place_ ? 0
-                                : buffer_texture(format, nullptr, count * width * sizeof(T),
-                                                 GL_DYNAMIC_STORAGE_BIT);
+  std::vector<T> pairs(std::min(count, piece) * width);
+  const GLuint texture =
+      buffer_texture(format, nullptr, count * width * sizeof(T), GL_DYNAMIC_STORAGE_BIT);
   for (std::size_t first = 0; first < count; first += piece) {
     const std::size_t size = std::min(count - first, piece);
-    T* const to_piece = pairs.get() + (in_place_ ? first * width : 0);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, 65536), [&](const auto& some) {
       for (std::size_t i = some.begin(); i != some.end(); ++i) {
-        T* to = to_piece + i * width;
+        T* to = pairs.data() + i * width;
         to[0] = own[first + i];
         for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[(first + i) * others + c];
       }
     });
-    if (!in_place_)
-      glNamedBufferSubData(storage_.back(), GLintptr(first * width * sizeof(T)),
-                           GLsizeiptr(size * width * sizeof(T)), to_piece);
+    glNamedBufferSubData(storage_.back(), GLintptr(first * width * sizeof(T)),
+                         GLsizeiptr(size * width * sizeof(T)), pairs.data());
     if (!discard_) continue;
     discard_values(own + first, size * sizeof(T));
     discard_values(beside + first * others, size * others * sizeof(T));
   }
-  return in_place_ ? texel_texture(format, pairs, 0, texels) : copy;
+  return texture;
 }
 
 GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,
@@ -326,7 +321,9 @@ void AtlasTextures::bind(int first_unit) const {
 GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter, bool discard)
     : atlas_(atlas), filter_(filter) {
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
-  const bool pairs = atlas.paired && filter == Filter::exact;
+  // float32 that the device reads where it is stays there, not copied into pairs
+  const bool in_place = draws_from_host() && atlas.density.texels32;
+  const bool pairs = atlas.paired && filter == Filter::exact && (atlas.density.codes || !in_place);
   int needed = MarchProgram::first_grid_unit;
   for (std::size_t i = 0; i < grids.size(); ++i) {
     if (!grids[i] || (pairs && i == luminance_grid)) continue;

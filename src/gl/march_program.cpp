@@ -144,6 +144,7 @@ std::string ProgramKey::prelude() const {
   text << "const int " #name "_buffers = " << std::max(buffers[id], 1) << ";\n";
 #include "grids.glsl"
 #undef GRID
+  text << "const bool luminance_apart = " << (buffers[luminance_grid] > 0) << ";\n";
   // Only grids of several buffers read it: else one program serves atlases of any size.
   const bool several = *std::max_element(buffers.begin(), buffers.end()) > 1;
   text << "const int texels_per_buffer = " << (several ? texels_per_buffer : brick_texels) << ";\n";

@@ -33,7 +33,7 @@ class FunctionColors {
           {points[k].value, points[k + 1].value, points[k].color,
            (points[k + 1].color - points[k].color) / (points[k + 1].value - points[k].value)});
     if (intervals_.empty()) intervals_.push_back({first_, HUGE_VAL, points[0].color, {}});
-    const auto bins = 4 * intervals_.size();
+    const auto bins = 32 * intervals_.size();
     scale_ = last_ > first_ ? double(bins) / (last_ - first_) : 0;
     for (std::size_t bin = 0; bin < bins; ++bin) {
       // a bin earlier than it begins, whatever rounding does
