@@ -13,6 +13,7 @@
 #include "field/value_range.h"
 #include "look/choices.h"
 #include "march/light.h"
+#include "march/voxel_luminance.h"
 #include "psivox/draw.h"
 #include "psivox/scene.h"
 #include "scene/cuts.h"
@@ -33,7 +34,7 @@ VoxelLines::Line VoxelLines::line(const glm::dvec3& from, const glm::dvec3& dire
 }
 
 double VoxelLines::attenuation(double value) const {
-  return function_ ? function_->at(value).attenuation : std::max(value, 0.0);
+  return function_ ? function_->attenuation(value) : std::max(value, 0.0);
 }
 
 double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along, double most) {
@@ -160,6 +161,7 @@ class RayDraft {
         clip_(clip_of(view.scene)),
         lines_(medium_),
         to_index_(glm::inverse(medium_.density->world_from_index)) {
+    if (medium_.source == LuminanceSource::transfer) colors_.emplace(*medium_.transfer);
     if (!medium_.light) return;
     for (const ParallelLight& light : medium_.light->lights)
       lights_.push_back(
@@ -182,8 +184,8 @@ class RayDraft {
     const double begin = enters + 0.5;
     lines_.walk_between(line, begin, [&](double n, double between) {
       if (begin + n > left.y) return false;
-      const auto value = double(float(between));
-      const double depth = medium_.extinction * line.step * lines_.attenuation(value);
+      const auto value = float(between);
+      const double depth = medium_.extinction * line.step * lines_.attenuation(double(value));
       if (!(depth > 0)) return true;
       if (through < lit_at - light_interval) {
         beams = light_at(glm::ivec3(glm::round(line.from + (begin + n) * line.way)));
@@ -209,9 +211,9 @@ class RayDraft {
     return sum;
   }
 
-  glm::dvec3 luminance(double value, const glm::dvec3& beams) const {
-    if (medium_.source == LuminanceSource::constant) return medium_.color + beams;
-    const glm::dvec3 color = medium_.transfer->at(value).color;
+  glm::dvec3 luminance(float value, const glm::dvec3& beams) const {
+    if (!colors_) return medium_.color + beams;
+    const glm::dvec3 color = colors_->at(value);
     return medium_.color * color + (medium_.light && medium_.light->tinted ? beams * color : beams);
   }
 
@@ -219,6 +221,7 @@ class RayDraft {
   std::vector<HalfSpace> clip_;
   VoxelLines lines_;
   glm::dmat4 to_index_;
+  std::optional<FunctionColors> colors_;
   std::vector<DraftLight> lights_;
 };
 

@@ -21,7 +21,7 @@ struct Attenuation {
   const TransferFunction* transfer;
   double operator()(float value) const {
     const double v = double(value);
-    return transfer ? transfer->at(v).attenuation : v;
+    return transfer ? transfer->attenuation(v) : v;
   }
 };
 

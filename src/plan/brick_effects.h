@@ -39,12 +39,12 @@ class FunctionBends {
   /// Between two values.
   FunctionBend between(double min, double max) const {
     FunctionBend bend{.slope = 0};
-    double least = function_.at(min).attenuation, most = least;
+    double least = function_.attenuation(min), most = least;
     const auto see = [&](double value) {
       least = std::min(least, value);
       most = std::max(most, value);
     };
-    see(function_.at(max).attenuation);
+    see(function_.attenuation(max));
     const int from = function_.interval(min), to = function_.interval(max);
     for (int k = from; k <= to; ++k) {
       bend.slope = std::max(bend.slope, std::abs(slopes_[std::size_t(k + 1)]));

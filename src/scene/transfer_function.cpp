@@ -165,8 +165,13 @@ TransferPoint TransferFunction::at(double value) const {
   return point;
 }
 
+double TransferFunction::attenuation(double value) const {
+  const Place place = place_among(points_, value, &TransferPoint::value);
+  return std::lerp(points_[place.below].attenuation, points_[place.above].attenuation, place.t);
+}
+
 double TransferFunction::max_attenuation(double min_value, double max_value) const {
-  double most = std::max(at(min_value).attenuation, at(max_value).attenuation);
+  double most = std::max(attenuation(min_value), attenuation(max_value));
   for (int k = interval(min_value) + 1; k <= interval(max_value); ++k)
     most = std::max(most, points_[std::size_t(k)].attenuation);
   return most;
@@ -210,7 +215,7 @@ void TransferFunction::place_gradient_part() {
 }
 
 double TransferFunction::table(double value, double gradient) const {
-  if (part_.gradients.empty()) return at(value).attenuation;
+  if (part_.gradients.empty()) return attenuation(value);
   const Place column = place_among(part_.gradients, gradient);
   const auto row = [&](std::size_t point) {
     const double* of = part_.attenuation.data() + point * part_.gradients.size();

@@ -66,6 +66,8 @@ class TransferFunction {
 
   /// With a table, the attenuation is no less than at any gradient. Isosurfaces are left out.
   TransferPoint at(double value) const;
+  /// at() without the colour, which takes most of its time.
+  double attenuation(double value) const;
 
   /// Whether the attenuation depends on the gradient.
   bool has_gradient() const { return !part_.gradients.empty() || !part_.isosurfaces.empty(); }
