@@ -235,6 +235,7 @@ chmod +x bin/ffmpeg
 PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4 --fps 30
 [ "$(cat film.mp4)" = $((6 * 48 * 32 * 3)) ] || fail "film: $(cat film.mp4) bytes of pictures"
 grep -q "48x32 -framerate 30" ffmpeg.txt || fail "film: $(cat ffmpeg.txt)"
+run 2 "--fps is for --movie and --camera-path" $pattern -o out/m.#.png "${small[@]}" --fps 30
 PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4 --resume
 [ "$(cat film.mp4)" = $((6 * 48 * 32 * 3)) ] || fail "film of pictures that stand"
 PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie alone.mp4

@@ -14,6 +14,7 @@ run 2 "--aov needs an .exr" "$S" -o a.html $R --aov depth
 run 2 "not a sequence" "$S" -o a.html $R --turntable 4
 run 2 "not a sequence" "$S" "$S" -o 'a.####.html' $R
 run 2 "--credit is for a page" "$S" -o a.png $R --credit me
+run 2 "--page-limit is for a page" "$S" -o a.png $R --page-limit 3
 run 2 "above --page-limit 0.1" "$S" -o a.html $R --page-limit 0.1
 run 6 "parts" "$S" -o a.html $R --memory-limit 1MiB
 [ -e a.html ] && fail "a refused page was written"

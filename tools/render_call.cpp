@@ -87,6 +87,8 @@ std::string likely_output(const RenderCall& call) {
 void check_page_call(const RenderCall& call, const Scene& scene) {
   if (!is_page_name(call.output)) {
     if (!call.page.credit.empty()) usage("--credit is for a page, -o FILE.html");
+    if (call.page.limit_mb != PageOptions{}.limit_mb)
+      usage("--page-limit is for a page, -o FILE.html");
     return;
   }
   if (const std::string obstacle = page_obstacle(scene); !obstacle.empty()) usage(obstacle);
@@ -152,6 +154,8 @@ void check(const RenderCall& call, const Scene& scene) {
   check_picture(scene, call.layers, call.time_budget.has_value());
   if (scene.shows(Shows::plane) && (call.check_error || call.explain))
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
+  if (call.frame_rate != RenderCall{}.frame_rate && call.movie.empty() && call.camera_path.empty())
+    usage("--fps is for --movie and --camera-path");
   if (call.follow && !call.camera_path.empty())
     usage("--follow moves the camera, and so does --camera-path: leave one of them out");
   if (!call.camera.empty() && (call.follow || !call.camera_path.empty()))
