@@ -136,18 +136,17 @@ void LightSlabs::drop_octants() {
 }
 
 VoxelPlaces::VoxelPlaces(const LatticeFrame& frame, const glm::dmat4& to_index) {
-  const auto place = [&](const glm::dvec3& voxel) {
-    const glm::dvec3 at(to_index * glm::dvec4(voxel, 1));
-    const double slice = frame.side * (frame.first - at[frame.axis]);
-    const glm::dvec2 across(at[frame.axis_u], at[frame.axis_v]);
-    return glm::dvec3((across - frame.origin + slice * frame.shear) / frame.spacing, slice);
+  const auto turned = [&](const glm::dvec3& way) {
+    const double slices = -frame.side * way[frame.axis];
+    const glm::dvec2 across(way[frame.axis_u], way[frame.axis_v]);
+    return glm::dvec3((across + slices * frame.shear) / frame.spacing, slices);
   };
-  first = place(glm::dvec3(0));
-  for (int i = 0; i < 3; ++i) {
-    glm::dvec3 one(0);
-    one[i] = 1;
-    steps[i] = place(one) - first;
-  }
+  glm::dvec3 corner;  // of column 0 and slice 0
+  corner[frame.axis] = frame.first;
+  corner[frame.axis_u] = frame.origin.x;
+  corner[frame.axis_v] = frame.origin.y;
+  first = turned(glm::dvec3(to_index[3]) - corner);
+  for (int i = 0; i < 3; ++i) steps[i] = turned(glm::dvec3(to_index[i]));
 }
 
 }  // namespace psivox
