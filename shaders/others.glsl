@@ -115,7 +115,8 @@ void add_other(INOUT(Others) sum, int first, Ray along, real t, real phase) {
   bool here = ahead >= ray.begin && ahead < ray.end;
   if (ahead < ray.begin && ray.begin < ray.end) sum.end = min(sum.end, ray.begin);
   if (!here) return;
-  int3 cell = cell_at(ray, ahead, domain_min, domain_max);
+  int3 cell = clamp(cell_between_faces(ray, ahead, cell_at(ray, ahead, domain_min, domain_max)),
+                    domain_min, domain_max - 1);
   Node node = find_other(first, cell);
   bool brick = node.kind == NODE_BRICK;
   sum.end = min(sum.end, next_face_time(ray, brick ? cell : node.lo, brick ? 1 : node.side, ahead));

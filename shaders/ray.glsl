@@ -110,8 +110,8 @@ Crossing leave(Ray ray, int3 lo, int side) {
   return Crossing(t, cell);
 }
 
-// When the ray, whose position at t is in a cube of cells, next meets a face. By rounding its time may
-// have come already, for long where the ray is almost in it: then the next face is a cell farther.
+// When the ray, which is in a cube of cells at t, next meets a face. By rounding its time may have come
+// already, for long where the ray is almost in it: then the next face is a cell farther.
 real next_face_time(Ray ray, int3 lo, int side, real t) {
   real3 times = face_times(ray, far_faces(ray, lo, lo + side));
   real3 farther = times + abs(ray.inverse);

@@ -31,7 +31,8 @@ real next_face(int grid, IN(Track) track, real t) {
   t += near_face;
   if (t < track.ray.begin) return track.ray.begin;
   if (t >= track.ray.end) return NEVER;
-  int3 cell = int3(floor(position(track.ray, t)));  // once: the node is that of this cell
+  // once: the node is that of this cell
+  int3 cell = cell_between_faces(track.ray, t, int3(floor(position(track.ray, t))));
   Node node = seek_cell(grid, cell, track.node, grid_of(grid).domain_min, grid_of(grid).domain_max);
   bool brick = node.kind == NODE_BRICK;
   return next_face_time(track.ray, brick ? cell : node.lo, brick ? 1 : node.side, t);

@@ -68,6 +68,30 @@ TEST_F(VolumesOnTheGpu, AgreeWithTheReferenceOnLatticesOfTheirOwn) {
   EXPECT_LE(compare_images(drawn(scene, *Gpu::renderer()), reference).rms, 2e-7);
 }
 
+TEST_F(VolumesOnTheGpu, AgreeWhereAFloatHasNoDigitsForTheFirstOnesVoxels) {
+  // 10^4 voxels of the first one away, places are rounded by more than two faces are taken apart
+  Scene scene = scene_with(
+      {assets + "blobs.vdb extinction=0.02 luminance=0.2,0.5,1 rotate=20,40,10 scale=300"});
+  scene.texel = TexelType::float32;
+  scene.early_termination = 0;
+  EXPECT_LE(compare_images(drawn(scene, *Gpu::renderer()), drawn(scene, *open_reference())).max,
+            rounding);
+}
+
+TEST_F(VolumesOnTheGpu, OneThatAttenuatesNothingTakesNoLight) {
+  Scene scene = scene_with({});
+  scene.lights = {{glm::dvec3(1, -1, -0.5)}};
+  scene.camera_position = glm::dvec3(1, 2, 4);
+  scene.camera_target = glm::dvec3(0);
+  constexpr double E = 1e-4;
+  scene.tolerance = E;
+  Scene beside = scene;
+  beside.volumes = {assets + "blobs.vdb extinction=0 translate=0.2,0,0"};
+  // each is within the tolerance of the truth
+  EXPECT_LE(compare_images(drawn(beside, *Gpu::renderer()), drawn(scene, *Gpu::renderer())).rms,
+            2 * E);
+}
+
 TEST(Volumes, DoNotDependOnTheirOrder) {
   Scene scene = scene_with(slab_and_blobs());
   scene.early_termination = 0;

@@ -47,6 +47,13 @@ BeamsOn beams_of(const std::vector<Beam>& beams) {
   return [&beams](const View& seen, std::size_t volume) { return beams_on(seen, volume, beams); };
 }
 
+/// Progress of a part of the work, which begins there and is so large.
+Progress part_of(const Progress& progress, double begin, double size) {
+  return [&progress, begin, size](double done) {
+    if (progress) progress(begin + size * done);
+  };
+}
+
 void set_method(std::vector<Beam>& beams, const LightMethod& method) {
   for (Beam& beam : beams) beam.method = method;
 }
@@ -129,10 +136,14 @@ class LightPilots {
  public:
   /// View and depths must outlive them.
   LightPilots(const View& view, const MediumDepths& depths, const BeamsOn& beams) {
-    for (std::size_t i = 0; i < depths.volumes(); ++i)
-      volumes_.push_back(std::make_unique<Volume>(seen_from(view, i), i, depths, beams));
+    for (std::size_t i = 0; i < depths.volumes(); ++i) {
+      volumes_.emplace_back();
+      if (is_to_be_lit(view, i))
+        volumes_.back() = std::make_unique<Volume>(seen_from(view, i), i, depths, beams);
+    }
   }
 
+  bool has(std::size_t volume) const { return volumes_[volume] != nullptr; }
   const View& view(std::size_t volume) const { return volumes_[volume]->view; }
   const LightPilot& of(std::size_t volume) const { return volumes_[volume]->pilot; }
 
@@ -148,12 +159,14 @@ class LightPilots {
   /// LightPilot::coverage() of all.
   double coverage() const {
     double sum = 0;
-    for (const auto& volume : volumes_) sum += volume->pilot.coverage();
+    for (const auto& volume : volumes_)
+      if (volume) sum += volume->pilot.coverage();
     return sum;
   }
   LightError sum_of(const std::function<LightError(std::size_t volume)>& error) const {
     LightError sum;
     for (std::size_t i = 0; i < volumes_.size(); ++i) {
+      if (!has(i)) continue;
       const LightError own = error(i);
       sum = {sum.rms + own.rms, std::max(sum.max, own.max)};
     }
@@ -201,8 +214,10 @@ class LightTrials {
         beams_(std::move(beams)),
         rms_(rms),
         pilots_(view, depths, beams_) {
-    for (std::size_t i = 1; i < depths.volumes(); ++i)
-      blocks_.push_back(blocks_of(pilots_.view(i), nullptr, everywhere));
+    for (std::size_t i = 1; i < depths.volumes(); ++i) {
+      blocks_.emplace_back();
+      if (pilots_.has(i)) blocks_.back() = blocks_of(pilots_.view(i), nullptr, everywhere);
+    }
   }
 
   /// What `lit` misses, as estimated.
@@ -408,7 +423,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   if (!beams_.empty()) {
     LightSource before_sky = source;
     before_sky.values_are_seen = {};
-    settle_lights(view, before_sky, depths, part, progress);
+    settle_lights(view, before_sky, depths, part, part_of(progress, 0, 0.5));
     lights_error = error_;
   }
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each.
@@ -434,7 +449,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   const std::size_t lights = beams_.size();
   add_sky(view, count);
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
-  sum_up(view, source, depths, progress);
+  sum_up(view, source, depths, lights > 0 ? part_of(progress, 0.5, 0.5) : progress);
   sky_error_ = sum(of_count, of_method);
   error_ = sum(lights_error, sky_error_);
 }
@@ -471,15 +486,10 @@ void Lighting::sum_up(const View& view, const LightSource& source, const MediumD
   if (source.values_are_seen && !luminance.reads_density() && view.medium.others.empty())
     source.values_are_seen();
   const double volumes = double(depths.volumes());
-  const auto part = [&](double begin, double size) -> Progress {
-    return [&progress, begin, size](double done) {
-      if (progress) progress(begin + size * done);
-    };
-  };
-  medium_ = luminance.medium({blocks_, all}, depths.at(0), part(0, 1 / volumes));
+  medium_ = luminance.medium({blocks_, all}, depths.at(0), part_of(progress, 0, 1 / volumes));
   light_others(
       view, beams_, [&](std::size_t volume) { return depths.at(volume); }, *medium_,
-      part(1 / volumes, 1 - 1 / volumes));
+      part_of(progress, 1 / volumes, 1 - 1 / volumes));
 }
 
 }  // namespace psivox

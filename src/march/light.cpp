@@ -91,6 +91,11 @@ View seen_from(const View& view, std::size_t volume) {
   return own;
 }
 
+bool is_to_be_lit(const View& dark, std::size_t volume) {
+  const Medium& medium = volume == 0 ? dark.medium : dark.medium.others[volume - 1];
+  return medium.light.has_value();
+}
+
 std::vector<Beam> beams_on(const View& seen, std::size_t volume, std::span<const Beam> beams) {
   if (volume == 0) return {beams.begin(), beams.end()};
   std::vector<Beam> own = light_beams(seen);
@@ -326,6 +331,7 @@ void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt&
   const std::size_t count = dark.medium.others.size();
   for (std::size_t i = 0; i < count; ++i) {
     const std::size_t volume = i + 1;
+    if (!is_to_be_lit(dark, volume)) continue;
     const View view = seen_from(dark, volume);
     lit.others[i] =
         lit_medium(view, beams_on(view, volume, beams), depths_at(volume), [&](double done) {

@@ -177,6 +177,9 @@ View seen_from(const View& view, std::size_t volume);
 /// `seen`: its albedo is its own.
 std::vector<Beam> beams_on(const View& seen, std::size_t volume, std::span<const Beam> beams);
 
+/// Whether one of a dark view's volumes is to be lit: one that attenuates nothing is not.
+bool is_to_be_lit(const View& dark, std::size_t volume);
+
 /// Depths through the whole medium from voxels of one of its volumes; 0: the first.
 using DepthsAt = std::function<LightDepths(std::size_t volume)>;
 

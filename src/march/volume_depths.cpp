@@ -22,6 +22,7 @@ VolumeDepths::VolumeDepths(const View& dark, const MediumAtlas* first,
     Volume& volume = volumes_.emplace_back(Volume{seen_from(dark, i), {}});
     volume.alone.medium.others.clear();
     volume.alone.medium.emission.clear();
+    if (!is_to_be_lit(dark, i)) continue;
     volume.atlas = i == 0 && first
                        ? std::shared_ptr<const MediumAtlas>(first, [](const MediumAtlas*) {})
                        : std::make_shared<const MediumAtlas>(build_medium_atlas(volume.alone));
@@ -74,7 +75,7 @@ LightDepths VolumeDepths::at(std::size_t volume) const {
                              [](float sum, double depth) { return float(double(sum) + depth); });
     };
     for (std::size_t other = 0; other < volumes_.size(); ++other) {
-      if (other == volume) continue;
+      if (other == volume || !volumes_[other].atlas) continue;
       pass(other, volume, beam, blocks, add, part);
       passed += 1;
     }
@@ -94,6 +95,7 @@ std::vector<double> VolumeDepths::exact(std::size_t volume, const Beam& beam,
   std::vector<double> sums(voxels.size());
   for (std::size_t other = 0; other < volumes_.size(); ++other) {
     const Volume& through = volumes_[other];
+    if (!through.atlas) continue;
     const glm::dmat4 placed = to_index(volume, other);
     const PointDepth depth = march_double_light_depth(through.alone, *through.atlas, beam);
     const std::vector<double> own = depths_of(voxels, [&](const glm::ivec3& voxel) {

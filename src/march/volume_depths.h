@@ -27,8 +27,8 @@ class VolumeDepths {
  private:
   struct Volume {
     View alone;
-    std::shared_ptr<const MediumAtlas> atlas;
-    std::vector<glm::ivec3> blocks{};  ///< visible
+    std::shared_ptr<const MediumAtlas> atlas;  ///< null: nothing attenuates
+    std::vector<glm::ivec3> blocks{};          ///< visible
     LightDepths own{};
   };
 
