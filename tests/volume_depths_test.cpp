@@ -30,6 +30,20 @@ Field placed_blobs(const glm::dvec3& by) {
   return blobs({0, 0, 0}, glm::scale(turned, {0.8, 0.6, 0.7}));
 }
 
+/// Depths from the voxels of a volume of a view; 0: the first.
+struct Seen {
+  View view;
+  std::vector<glm::ivec3> blocks;
+
+  Seen(const View& of, std::size_t volume) : view(seen_from(of, volume)), blocks(blocks_of(view)) {}
+  std::vector<double> depths(const LightDepths& from, const LightMethod& method = {}) const {
+    return depths_of(view, from, blocks, method);
+  }
+  Difference difference(const std::vector<double>& a, const std::vector<double>& b) const {
+    return difference_of(view, blocks, a, b);
+  }
+};
+
 struct Placed {
   const char* name;
   glm::dvec3 light, by;
@@ -44,11 +58,9 @@ TEST(VolumeDepths, OfRaysAreTheReferences) {
     const View view = two_volumes(place.light, placed_blobs(place.by));
     const VolumeDepths depths(view);
     for (const std::size_t volume : {std::size_t{0}, std::size_t{1}}) {
-      const View seen = seen_from(view, volume);
-      const std::vector<glm::ivec3> blocks = blocks_of(seen);
-      const Difference d =
-          difference_of(seen, blocks, depths_of(seen, depths.at(volume), blocks),
-                        depths_of(seen, reference_light_depths(view, volume), blocks));
+      const Seen seen(view, volume);
+      const Difference d = seen.difference(seen.depths(depths.at(volume)),
+                                           seen.depths(reference_light_depths(view, volume)));
       // what another volume hides is kept in float32: the depth's rounding, e^-depth x depth 2^-24
       EXPECT_LE(d.max, std::exp(-1) * 0x1p-24) << place.name << ' ' << volume;
     }
@@ -69,7 +81,8 @@ TEST(VolumeDepths, ATwinHidesAsMuchAsTheVolumeItself) {
       for (double& depth : twice) depth *= 2;
       const Difference d =
           difference_of(view, blocks, depths_of(view, depths.at(0), blocks, method), twice);
-      // both voxels are where columns are interpolated alike; float32, as above
+      // columns are interpolated alike at a voxel and at its twin; what is left is float32, as
+      // above
       EXPECT_LE(d.max, 0x1p-24) << place.name << ' ' << spacing;
     }
 }
@@ -79,13 +92,12 @@ TEST(VolumeDepths, OfColumnsConverge) {
     const View view = two_volumes(place.light, placed_blobs(place.by));
     const VolumeDepths depths(view);
     for (const std::size_t volume : {std::size_t{0}, std::size_t{1}}) {
-      const View seen = seen_from(view, volume);
-      const std::vector<glm::ivec3> blocks = blocks_of(seen);
-      const std::vector<double> exact = depths_of(seen, depths.at(volume), blocks);
+      const Seen seen(view, volume);
+      const std::vector<double> exact = seen.depths(depths.at(volume));
       double before = HUGE_VAL;
       for (const double spacing : {2.0, 1.0, 0.5, 0.25}) {
-        const Difference d = difference_of(
-            seen, blocks, depths_of(seen, depths.at(volume), blocks, {.spacing = spacing}), exact);
+        const Difference d =
+            seen.difference(seen.depths(depths.at(volume), {.spacing = spacing}), exact);
         std::printf("  %s, volume %d, spacing %g: rms %.2e, max %.2e\n", place.name, int(volume),
                     spacing, d.rms, d.max);
         // as of one volume (light_lattice_test.cpp). Slices stay a voxel apart, which is what is

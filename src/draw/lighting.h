@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "march/light_pilot.h"
+#include "draw/light_pilots.h"
 #include "march/marcher.h"
 #include "psivox/draw.h"
 
@@ -19,20 +19,6 @@ inline constexpr double light_share = 0.5;
 
 /// What a wish for a picture of the scene asks of its light.
 LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish);
-
-class MediumDepths;
-
-/// Where optical depths towards lights come from: through the atlas of the whole, or part by part.
-/// Of several volumes those of a marcher are through the first alone.
-struct LightSource {
-  std::function<LightDepths(const View& view)> depths;
-  std::function<LightPilot::Depths(const View& view)> exact_depths;
-  const MediumAtlas* atlas = nullptr;  ///< of the whole, if it is there
-  LightShare share{};
-  /// Called before the light of all voxels is computed, if nothing will read the density's values
-  /// any more. It may be empty.
-  std::function<void()> values_are_seen{};
-};
 
 /// The light of a medium, as far as it is computed, for pictures by several cameras.
 class Lighting {

@@ -321,7 +321,7 @@ void AtlasTextures::bind(int first_unit) const {
 GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter, bool discard)
     : atlas_(atlas), filter_(filter) {
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
-  // float32 that the device reads where it is stays there, not copied into pairs
+  // float32 texels that the device reads from the host's memory are not copied into pairs
   const bool in_place = draws_from_host() && atlas.density.texels32;
   const bool pairs = atlas.paired && filter == Filter::exact && (atlas.density.codes || !in_place);
   int needed = MarchProgram::first_grid_unit;

@@ -20,6 +20,11 @@ class VolumeDepths {
   /// From the voxels of a volume; 0: the first. These depths must not outlive the object.
   LightDepths at(std::size_t volume) const;
 
+  /// Visible blocks of a volume.
+  const std::vector<glm::ivec3>& blocks(std::size_t volume) const {
+    return volumes_[volume].blocks;
+  }
+
   /// Exact depths from some voxels of a volume.
   std::vector<double> exact(std::size_t volume, const Beam& beam,
                             std::span<const glm::ivec3> voxels) const;

@@ -112,8 +112,8 @@ struct TimeSample {
 /// The measurements of one variant.
 struct StudyPoint {
   Variant variant;
-  std::optional<Variant>
-      chosen;           ///< under a tolerance: the method that was used; texel auto: codes
+  /// Under a tolerance: the method that was used. Texel auto: values were stored in codes.
+  std::optional<Variant> chosen;
   double estimate = 0;  ///< under a tolerance: the estimated RMS
   PictureError error;   ///< GPU - reference
   /// Another point, by its name, that differs from this one in its rule alone, and whose picture
