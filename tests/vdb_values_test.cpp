@@ -47,6 +47,13 @@ TEST(VdbValues, PercentilesAreOfActiveVoxelsAndATileCountsAsItsVoxels) {
   EXPECT_EQ(percentiles(), (Percentiles{{0, -20}, {1, -20}, {50, 29}, {100, 79}}));
   grid->tree().addTile(1, Coord(0, 8, 8), 500, true);
   EXPECT_EQ(percentiles(), (Percentiles{{0, -20}, {1, -14}, {50, 500}, {100, 500}}));
+  // all values have zeros for their lower 16 bits; then one does not
+  grid = named<FloatGrid>("g");
+  for (int i = 0; i < 100; ++i) grid->tree().setValue(Coord(i, 0, 0), float(i));
+  EXPECT_EQ(percentiles(), (Percentiles{{0, 0}, {1, 0}, {50, 49}, {100, 99}}));
+  grid->tree().setValue(Coord(99, 0, 0), std::nextafter(98.0f, 99.0f));
+  EXPECT_EQ(percentiles(),
+            (Percentiles{{0, 0}, {1, 0}, {50, 49}, {100, double(std::nextafter(98.0f, 99.0f))}}));
 }
 
 TEST(VdbValues, ScalarsOfEveryTypeBecomeFloat) {

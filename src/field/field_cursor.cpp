@@ -15,20 +15,8 @@ FieldCursor::FieldCursor(const Field& field) : index_(std::make_shared<const Fie
   }
 }
 
-const FieldIndex::Block& FieldCursor::block(const glm::ivec3& origin) {
-  const glm::u64vec3 odd((origin >> 3) & 1);
-  Known& known = known_[4 * odd.x + 2 * odd.y + odd.z];
-  if (known.origin != origin) known = {origin, index_->block(origin)};
-  return known.block;
-}
-
-double FieldCursor::at(const glm::ivec3& voxel) {
-  const glm::ivec3 origin = voxel & ~7;
-  return double(*block(origin).values.at(voxel - origin));
-}
-
 double FieldCursor::at(const glm::dvec3& point) {
-  const glm::ivec3 cell = nearest_voxel(point - 0.5), local = cell & 7;
+  const glm::ivec3 cell = voxel_below(point), local = cell & 7;
   const glm::dvec3 u = point - glm::dvec3(cell);
   std::array<double, 8> corners;  // z fastest
   if (std::max({local.x, local.y, local.z}) < 7) {

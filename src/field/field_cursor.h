@@ -1,23 +1,14 @@
 #pragma once
 
 #include <array>
-#include <cstdint>
+#include <cstddef>
 #include <glm/vec3.hpp>
 #include <memory>
 
 #include "field/field_index.h"
+#include "field/index_space.h"
 
 namespace psivox {
-
-/// The voxel that is nearest to a point, of 2^29 voxels to either side. Rounding by the library
-/// takes longer than all else along a line.
-inline glm::ivec3 nearest_voxel(const glm::dvec3& point) {
-  constexpr std::int64_t shift = std::int64_t{1} << 30;  // to positive numbers, which are cut off
-  const auto nearest = [](double x) {
-    return int(std::int64_t(x + (double(shift) + 0.5)) - shift);
-  };
-  return {nearest(point.x), nearest(point.y), nearest(point.z)};
-}
 
 /// Reads a field's first channel at places that are near each other. It keeps the blocks that it
 /// read last: each thread needs a copy, which shares the rest.
@@ -25,13 +16,28 @@ class FieldCursor {
  public:
   explicit FieldCursor(const Field& field);
 
-  const FieldIndex& index() const { return *index_; }
   /// Value of a voxel, and between voxels.
-  double at(const glm::ivec3& voxel);
+  double at(const glm::ivec3& voxel) {
+    const glm::ivec3 origin = voxel & ~7;
+    return double(*block(origin).values.at(voxel - origin));
+  }
   double at(const glm::dvec3& point);
 
+  /// The index's, which takes a look at three cubes where a block is not stored.
+  std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) {
+    return block(nearest_voxel(point) & ~7).stored ? 0 : index_->empty_steps(point, step);
+  }
+  std::size_t empty_cells(const glm::dvec3& point, const glm::dvec3& step) {
+    return block(voxel_below(point) & ~7).stored ? 0 : index_->empty_cells(point, step);
+  }
+
  private:
-  const FieldIndex::Block& block(const glm::ivec3& origin);
+  const FieldIndex::Block& block(const glm::ivec3& origin) {
+    const glm::ivec3 odd = (origin >> 3) & 1;
+    Known& known = known_[std::size_t(4 * odd.x + 2 * odd.y + odd.z)];
+    if (known.origin != origin) known = {origin, index_->block(origin)};
+    return known.block;
+  }
 
   std::shared_ptr<const FieldIndex> index_;
   /// Blocks around a corner: each has a place of its own, by the parity of its number on each axis.

@@ -117,7 +117,7 @@ std::optional<Box> FieldIndex::empty_cube(const glm::ivec3& voxel) const {
 }
 
 std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& step) const {
-  const std::optional<Box> cube = empty_cube(glm::ivec3(glm::round(point)));
+  const std::optional<Box> cube = empty_cube(nearest_voxel(point));
   if (!cube) return 0;
   const glm::dvec3 low = glm::dvec3(cube->min) - 0.5, high = glm::dvec3(cube->max) + 0.5;
   const double left = interval_in(low, high, point, step).y;
@@ -126,7 +126,7 @@ std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& s
 
 std::size_t FieldIndex::empty_cells(const glm::dvec3& point, const glm::dvec3& step) const {
   constexpr double margin = 1e-3;  // beyond the rounding of any coordinate, 2^31 * 2^-52
-  const std::optional<Box> cube = empty_cube(glm::ivec3(glm::floor(point)));
+  const std::optional<Box> cube = empty_cube(voxel_below(point));
   if (!cube) return 0;
   const glm::dvec3 low = glm::dvec3(cube->min) + margin, high = glm::dvec3(cube->max) - margin;
   if (glm::any(glm::lessThanEqual(point, low)) || glm::any(glm::greaterThanEqual(point, high)))

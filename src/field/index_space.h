@@ -80,6 +80,17 @@ inline int longest_axis(const glm::dvec3& size) {
   return size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
 }
 
+/// The voxels that are nearest to a point and not above it, of 2^29 voxels to either side. Rounding
+/// by the library takes longer than all else along a line.
+inline glm::ivec3 nearest_voxel(const glm::dvec3& point) {
+  constexpr std::int64_t shift = std::int64_t{1} << 30;  // to positive numbers, which are cut off
+  const auto nearest = [](double x) {
+    return int(std::int64_t(x + (double(shift) + 0.5)) - shift);
+  };
+  return {nearest(point.x), nearest(point.y), nearest(point.z)};
+}
+inline glm::ivec3 voxel_below(const glm::dvec3& point) { return nearest_voxel(point - 0.5); }
+
 /// Where a line is between two corners of a box: from and to, in lengths of `way`. The first is
 /// above the second if it misses the box.
 inline glm::dvec2 interval_in(const glm::dvec3& min, const glm::dvec3& max, const glm::dvec3& from,

@@ -23,9 +23,9 @@ struct NoOthers {
 };
 
 /// For each of some percentages, the smallest value that at least so many of the values do not
-/// exceed; 0 if there are none. NaN and Inf do not count. The values are visited twice and not
-/// stored: `each(take)` calls `take(value, count)` for each value. `join(counts)` adds the counts
-/// of other processes.
+/// exceed; 0 if there are none. NaN and Inf do not count. The values are visited once or twice and
+/// not stored: `each(take)` calls `take(value, count)` for each value. `join(counts)` adds the
+/// counts of other processes.
 template <typename Each, typename Join = NoOthers>
 std::vector<double> value_percentiles(const Each& each, std::span<const double> percents,
                                       const Join& join = {}) {
@@ -42,12 +42,18 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
     for (; bin < bins - 1 && place > counts[bin]; ++bin) place -= counts[bin];
     return bin;
   };
-  Counts counts(bins);
+  Counts counts(bins + 1);
+  std::uint32_t low_bits = 0;
   each([&](float value, std::uint64_t count) {
     if (!std::isfinite(value)) return;
-    counts[key_of(value) >> 16] += count;
+    const std::uint32_t key = key_of(value);
+    counts[key >> 16] += count;
+    low_bits |= key & 0xffffu;
   });
+  counts[bins] = low_bits != 0;
   join(std::span(counts));
+  const bool whole_bins = counts[bins] == 0;  // as of bytes: each bin is of one value
+  counts.pop_back();
   const std::uint64_t all = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
   if (all == 0) return std::vector<double>(percents.size(), 0);
   std::vector<std::uint32_t> high;
@@ -57,17 +63,18 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
     places.push_back(std::min(wanted < 1 ? 1 : std::uint64_t(wanted), all));
     high.push_back(find(counts, places.back()));
   }
-  std::vector<Counts> low(percents.size(), Counts(bins));
-  each([&](float value, std::uint64_t count) {
-    if (!std::isfinite(value)) return;
-    const std::uint32_t key = key_of(value);
-    for (std::size_t i = 0; i < high.size(); ++i)
-      if (key >> 16 == high[i]) low[i][key & 0xffffu] += count;
-  });
+  std::vector<Counts> low(whole_bins ? 0 : percents.size(), Counts(bins));
+  if (!whole_bins)
+    each([&](float value, std::uint64_t count) {
+      if (!std::isfinite(value)) return;
+      const std::uint32_t key = key_of(value);
+      for (std::size_t i = 0; i < high.size(); ++i)
+        if (key >> 16 == high[i]) low[i][key & 0xffffu] += count;
+    });
+  for (Counts& counts_of_one : low) join(std::span(counts_of_one));
   std::vector<double> values;
   for (std::size_t i = 0; i < high.size(); ++i) {
-    join(std::span(low[i]));
-    const std::uint32_t key = high[i] << 16 | find(low[i], places[i]);
+    const std::uint32_t key = high[i] << 16 | (whole_bins ? 0 : find(low[i], places[i]));
     values.push_back(double(std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key)));
   }
   return values;

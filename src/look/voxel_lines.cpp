@@ -144,6 +144,9 @@ Method draft_method(const Scene& scene, const Field& density) {
 }
 
 constexpr glm::ivec2 ray_count(64, 36);
+/// Every second ray, as on a chessboard, is enough if so many are covered: brightness by them is
+/// within 1 % of that by 16 times as many rays.
+constexpr std::size_t enough_pixels = 200;
 /// Rays end at this transmittance, and look at the light again each time that they lost so much;
 /// rays towards the light at this depth, behind which it is less than float32 has beside it.
 constexpr double opaque = 0.01, light_interval = 0.1, dark = 17;
@@ -294,16 +297,18 @@ double glow_level(const Image& image, double part) {
 std::optional<Draft> ray_draft(const View& view) {
   if (!suits_rays(view)) return {};
   const RayDraft rays(view);
-  std::vector<glm::dvec4> seen(std::size_t(ray_count.x) * ray_count.y);
-  tbb::parallel_for(tbb::blocked_range<int>(0, ray_count.y, 4), [&](const auto& rows) {
-    RayDraft own = rays;
-    for (int y = rows.begin(); y != rows.end(); ++y)
-      for (int x = 0; x < ray_count.x; ++x)
-        seen[std::size_t(y * ray_count.x + x)] =
-            own.draw(camera_ray(view.camera, ray_count, x + 0.5, y + 0.5));
-  });
   Draft draft;
-  for (const glm::dvec4& ray : seen) draft.see(glm::dvec3(ray), ray.w);
+  for (int odd = 0; odd < 2 && draft.luminance.size() < enough_pixels; ++odd) {
+    std::vector<glm::dvec4> seen(std::size_t(ray_count.x) * ray_count.y / 2);
+    tbb::parallel_for(tbb::blocked_range<int>(0, ray_count.y, 4), [&](const auto& rows) {
+      RayDraft own = rays;
+      for (int y = rows.begin(); y != rows.end(); ++y)
+        for (int i = 0; i < ray_count.x / 2; ++i)
+          seen[std::size_t(y * ray_count.x / 2 + i)] =
+              own.draw(camera_ray(view.camera, ray_count, 2 * i + (y + odd) % 2 + 0.5, y + 0.5));
+    });
+    for (const glm::dvec4& ray : seen) draft.see(glm::dvec3(ray), ray.w);
+  }
   draft.sort();
   return draft;
 }

@@ -50,7 +50,7 @@ class VoxelLines {
       if (!domain_.contains(voxel)) return;
       const double value = density_.at(voxel);
       const std::size_t empty =
-          value == 0 && empty_is_clear_ ? density_.index().empty_steps(point, line.way) : 0;
+          value == 0 && empty_is_clear_ ? density_.empty_steps(point, line.way) : 0;
       if (empty == 0 && !see(value)) return;
       k += double(std::max<std::size_t>(empty, 1));
     }
@@ -66,7 +66,7 @@ class VoxelLines {
       if (!domain_.contains(nearest_voxel(point))) return;
       const double value = density_.at(point);
       const std::size_t empty =
-          value == 0 && empty_is_clear_ ? density_.index().empty_cells(point, line.way) : 0;
+          value == 0 && empty_is_clear_ ? density_.empty_cells(point, line.way) : 0;
       if (empty == 0 && !see(n, value)) return;
       n += double(std::max<std::size_t>(empty, 1));
     }

@@ -105,7 +105,7 @@ class Looks {
       if (depth > 0) points.push_back({number, 1, double(k), depth});
       sum += depth;
       const bool clear = depth == 0 && empty_is_clear_;
-      const std::size_t skipped = clear ? density_.index().empty_steps(point, line.step) : 0;
+      const std::size_t skipped = clear ? density_.empty_steps(point, line.step) : 0;
       k += std::max<std::size_t>(skipped, 1);
     }
   }
