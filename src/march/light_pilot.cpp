@@ -165,6 +165,54 @@ std::vector<glm::ivec3> some_blocks(const Field& field, std::size_t count) {
   return blocks;
 }
 
+/// Numbers from 0 to 1, the same ones each time.
+class Uniform {
+ public:
+  double operator()() { return double(random_()) / 4294967296.0; }
+
+ private:
+  std::mt19937 random_{1};
+};
+
+/// Lines of some rays of a picture through the medium's domain, a voxel a step, and the rays'
+/// directions [world].
+struct PictureLines {
+  std::vector<Line> lines;
+  std::vector<glm::dvec3> directions;
+
+  /// One ray, at a random place, of each part of the picture; `size`: columns and rows of parts.
+  PictureLines(const View& view, const glm::ivec2& size, Uniform& uniform) {
+    const Field& density = *view.medium.density;
+    const glm::dmat4 to_index = glm::inverse(density.world_from_index);
+    const glm::dmat3 turn(to_index);
+    const Box domain = density.domain();
+    for (int y = 0; y < size.y; ++y)
+      for (int x = 0; x < size.x; ++x) {
+        const double v = y + uniform(), u = x + uniform();
+        const WorldRay ray = camera_ray(view.camera, size, u, v);
+        const glm::dvec3 from(to_index * glm::dvec4(ray.origin, 1)), way = turn * ray.direction;
+        const glm::dvec2 inside = interval_in(domain.min, domain.max, from, way);
+        const double begin = std::max(inside.x, 0.0);
+        if (!(inside.y > begin)) continue;
+        const double step = 1 / glm::length(way);
+        lines.push_back({from + (begin + 0.5 * step) * way, step * way, step,
+                         std::size_t(std::ceil((inside.y - begin) / step))});
+        directions.push_back(ray.direction);
+      }
+  }
+};
+
+/// Opacity of a ray up to each step that attenuates, until it sees no farther.
+std::vector<double> opacities_of(const std::vector<Met>& met) {
+  std::vector<double> opacities;
+  double T = 1;
+  for (std::size_t i = 0; i < met.size() && T > least_transmittance; ++i) {
+    T *= std::exp(-met[i].depth);
+    opacities.push_back(1 - T);
+  }
+  return opacities;
+}
+
 /// Columns and rows of about `count` rays of the picture.
 glm::ivec2 rays_of(const glm::ivec2& picture, double count) {
   const glm::dvec2 size(picture);
@@ -190,46 +238,18 @@ LightPilot::LightPilot(const View& view, Depths exact, const LitLuminance& lumin
 }
 
 void LightPilot::place_points(double rays) {
-  const Medium& medium = view_.medium;
-  Looks looks(medium, share_);
-  const glm::dmat4 to_index = glm::inverse(medium.density->world_from_index);
-  const glm::dmat3 turn(to_index);
-  const Box domain = medium.density->domain();
-  std::mt19937 random(1);
-  const auto uniform = [&] { return double(random()) / 4294967296.0; };
-
-  std::vector<Line> lines;
-  std::vector<glm::dvec3> directions;
+  Looks looks(view_.medium, share_);
+  Uniform uniform;
   const glm::ivec2 size = rays_of(view_.scene.resolution, std::max(drawn_from, rays));
-  for (int y = 0; y < size.y; ++y)
-    for (int x = 0; x < size.x; ++x) {
-      const WorldRay ray = camera_ray(view_.camera, size, x + uniform(), y + uniform());
-      const glm::dvec3 from(to_index * glm::dvec4(ray.origin, 1)), way = turn * ray.direction;
-      const glm::dvec2 inside = interval_in(domain.min, domain.max, from, way);
-      const double begin = std::max(inside.x, 0.0);
-      if (!(inside.y > begin)) continue;
-      const double step = 1 / glm::length(way);  // a voxel
-      lines.push_back({from + (begin + 0.5 * step) * way, step * way, step,
-                       std::size_t(std::ceil((inside.y - begin) / step))});
-      directions.push_back(ray.direction);
-    }
+  const PictureLines picture(view_, size, uniform);
+  const std::vector<Line>& lines = picture.lines;
 
-  std::vector<double> opacities;  // of a ray up to each step that attenuates
-  const auto look = [&](const std::vector<Met>& met) {
-    double T = 1;
-    opacities.clear();
-    for (std::size_t i = 0; i < met.size() && T > least_transmittance; ++i) {
-      T *= std::exp(-met[i].depth);
-      opacities.push_back(1 - T);
-    }
-    return opacities.empty() ? 0.0 : opacities.back();
-  };
   std::vector<double> weights;
   for (std::size_t first = 0; first < lines.size(); first += at_once) {
     const auto some = std::span(lines).subspan(first, std::min(at_once, lines.size() - first));
     for (const std::vector<Met>& met : looks.met(some, most_depth)) {
-      const double opacity = look(met);
-      weights.push_back(opacity * opacity);
+      const std::vector<double> opacities = opacities_of(met);
+      weights.push_back(opacities.empty() ? 0 : opacities.back() * opacities.back());
     }
   }
 
@@ -245,19 +265,20 @@ void LightPilot::place_points(double rays) {
     sum += weights[n];
     if (!(sum > next)) continue;
     const std::vector<Met> met = looks.met({&lines[n], 1}, most_depth).front();
-    const double opacity = look(met);
+    const std::vector<double> opacities = opacities_of(met);
     for (; sum > next; next += apart) {
-      rays_.push_back({voxels_.size(), opacity, directions[n]});
+      rays_.push_back({voxels_.size(), opacities.back(), picture.directions[n]});
       for (std::size_t i = 0; i < points_per_ray; ++i) {
-        const double wanted = (double(i) + uniform()) / points_per_ray * opacity;
+        const double wanted = (double(i) + uniform()) / points_per_ray * opacities.back();
         const auto k = std::upper_bound(opacities.begin(), opacities.end() - 1, wanted);
         const Met& seen = met[std::size_t(k - opacities.begin())];
         // one of the cell's corners, each as often as its weight: the mean is the interpolation
         const double place = seen.place + double(seen.width) * (uniform() - 0.5);
         const glm::dvec3 point = lines[n].first + place * lines[n].step;
-        const glm::dvec3 share(uniform(), uniform(), uniform());
-        voxels_.push_back(
-            glm::clamp(glm::ivec3(glm::floor(point + share)), domain.min, domain.max));
+        const double z = uniform(), y = uniform(), x = uniform();
+        const Box domain = view_.medium.density->domain();
+        voxels_.push_back(glm::clamp(glm::ivec3(glm::floor(point + glm::dvec3(x, y, z))),
+                                     domain.min, domain.max));
       }
     }
   }

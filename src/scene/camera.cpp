@@ -111,6 +111,20 @@ double radical_inverse(unsigned i) {
   return value;
 }
 
+void check_camera(const Scene& scene) {
+  const double fov = horizontal_fov(scene);
+  // beyond these float32 loses rays, or double the distance at which the volume is in frame
+  constexpr double narrowest = 1e-100, widest = 179.9999;
+  if (!(fov >= narrowest && fov <= widest))
+    throw Error(ExitCode::usage, "the field of view is " + number_text(fov) +
+                                     " degrees, but goes from " + number_text(narrowest) + " to " +
+                                     number_text(widest) + "; change --fov or --zoom");
+  if (scene.resolution.x < 1 || scene.resolution.y < 1)
+    throw Error(ExitCode::usage, "--resolution must be at least 1x1");
+  if (scene.camera_up && !has_direction(*scene.camera_up))
+    throw Error(ExitCode::usage, "--camera-up has no direction: it is 0");
+}
+
 }  // namespace
 
 int color_bar_strip(const glm::ivec2& resolution) {
@@ -144,19 +158,9 @@ Camera make_camera(const Scene& scene, const glm::dvec3& box_min, const glm::dve
 }
 
 Camera make_camera(const Scene& scene, const Subject& whole) {
+  check_camera(scene);
   const Subject subject = framed_subject(scene, whole);
   const double fov = horizontal_fov(scene);
-  // beyond these float32 loses rays, or double the distance at which the volume is in frame
-  constexpr double narrowest = 1e-100, widest = 179.9999;
-  if (!(fov >= narrowest && fov <= widest))
-    throw Error(ExitCode::usage, "the field of view is " + number_text(fov) +
-                                     " degrees, but goes from " + number_text(narrowest) + " to " +
-                                     number_text(widest) + "; change --fov or --zoom");
-  if (scene.resolution.x < 1 || scene.resolution.y < 1)
-    throw Error(ExitCode::usage, "--resolution must be at least 1x1");
-  if (scene.camera_up && !has_direction(*scene.camera_up))
-    throw Error(ExitCode::usage, "--camera-up has no direction: it is 0");
-
   const double aspect = double(scene.resolution.x) / scene.resolution.y;
   Camera camera;
   camera.orthographic = scene.projection == Projection::orthographic;
