@@ -88,6 +88,14 @@ real3 glow_of_segment(Point near, Point middle, Point back, Weights w, real leng
   return (near.glow * e.front + middle.glow * e.middle + back.glow * e.back) * length;
 }
 
+// The attenuation that a segment is taken to have, from its front at 0 to its back at 1.
+Cubic attenuation_along(Point front, Point middle, Point back) {
+  if (middle_rule) return Cubic(middle.attenuation, real(0.0), real(0.0), real(0.0));
+  if (uniform_sampling)
+    return Cubic(front.attenuation, back.attenuation - front.attenuation, real(0.0), real(0.0));
+  return make_cubic(front.attenuation, middle.attenuation, back.attenuation, real(0.0));
+}
+
 // One segment from m.t to t_back, of linear or sampled values; leaves the front of the next one.
 // Under cells its optical depth is Simpson's, which is exact for a cubic attenuation; under uniform
 // it is the depth of a linear one.
@@ -126,10 +134,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
     m.step_error = step_error;
   }
   m.front = back;
-  Cubic tau = make_cubic(front.attenuation, middle.attenuation, back.attenuation, real(0.0));
-  if (middle_rule) tau = Cubic(middle.attenuation, real(0.0), real(0.0), real(0.0));
-  else if (uniform_sampling)
-    tau = Cubic(front.attenuation, back.attenuation - front.attenuation, real(0.0), real(0.0));
+  Cubic tau = attenuation_along(front, middle, back);
   Point near = front;
   if (from_back) {
     near = back;

@@ -107,6 +107,17 @@ struct LeafWeights {
   }
 };
 
+/// What weighs in one part of a leaf, before it is packed.
+struct LeafPart {
+  double amount = 0;
+  unsigned x = 0, y = 0, z = 0;  ///< a bit for each place along the axis
+
+  glm::ivec3 low() const { return {std::countr_zero(x), std::countr_zero(y), std::countr_zero(z)}; }
+  glm::ivec3 high() const {
+    return glm::ivec3(std::bit_width(x), std::bit_width(y), std::bit_width(z)) - 1;
+  }
+};
+
 /// The least number that is above 0 and not below `bound`.
 template <typename Real>
 Real least_from(double bound) {
@@ -121,19 +132,15 @@ template <typename Weight, typename Take>
 LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weight, double faintest,
                        const Take& take) {
   using Real = std::invoke_result_t<Weight, const float*>;
-  struct Part {
-    double amount = 0;
-    unsigned x = 0, y = 0, z = 0;  ///< a bit for each place along the axis
-  };
   const auto threshold = least_from<Real>(faintest);
   const int channels = field.channels;
   const Box inside{field.domain().min - leaf.origin, field.domain().max - leaf.origin};
   const CellLattice lattice(field);
   const OrderedValues values(field, leaf);
-  std::array<Part, 8> parts;
+  std::array<LeafPart, 8> parts;
   Real least = std::numeric_limits<Real>::infinity(), greatest = 0;
   // voxels from..to - 1 of a row along z, which belong to one part
-  const auto weigh_row = [&](int x, int y, int from, int to, Part& part) {
+  const auto weigh_row = [&](int x, int y, int from, int to, LeafPart& part) {
     const float* const row = values.data() + (x * 8 + y) * 8 * channels;
     const bool outside =
         x < inside.min.x || x > inside.max.x || y < inside.min.y || y > inside.max.y;
@@ -165,12 +172,8 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
   LeafWeights found;
   if (!(greatest > 0)) return found;
   for (std::size_t n = 0; n < parts.size(); ++n) {
-    const Part& part = parts[n];
-    found.amounts[n] = float(part.amount / 512);  // no more than the greatest weight
-    if (part.amount > 0)
-      found.set_box(
-          n, {std::countr_zero(part.x), std::countr_zero(part.y), std::countr_zero(part.z)},
-          {std::bit_width(part.x) - 1, std::bit_width(part.y) - 1, std::bit_width(part.z) - 1});
+    found.amounts[n] = float(parts[n].amount / 512);  // no more than the greatest weight
+    if (parts[n].amount > 0) found.set_box(n, parts[n].low(), parts[n].high());
   }
   found.least = std::isinf(greatest) ? 0 : float(least);  // it will be another value
   if (double(found.least) > double(least)) found.least = std::nextafter(found.least, 0.0f);
