@@ -47,16 +47,13 @@ int levels_of(int grid) {
 int3 first_cell(Node brick) { return octants ? brick.lo & ~(BRICK_CELLS - 1) : brick.lo; }
 
 // The octant of a brick that holds a cell; the brick itself if none of its octants hides. An octant
-// whose bit is set above the slot is empty.
+// whose bit is set above the slot is empty. Both lie at multiples of their cells.
 Node octant_of(Node brick, int3 cell) {
   int hidden = brick.payload >> SLOT_BITS;
-  brick.payload = brick.payload & SLOT_MASK;
-  if (hidden == 0) return brick;
-  int3 octant = (cell - brick.lo) >> 2;
-  brick.lo = brick.lo + octant * 4;
-  brick.side = 4;
-  if (((hidden >> ((octant.x * 2 + octant.y) * 2 + octant.z)) & 1) != 0) brick.kind = NODE_EMPTY;
-  return brick;
+  int octant = (cell.x & 4) | ((cell.y & 4) >> 1) | ((cell.z & 4) >> 2);
+  int side = hidden == 0 ? BRICK_CELLS : 4;
+  return Node(((hidden >> octant) & 1) != 0 ? NODE_EMPTY : NODE_BRICK, brick.payload & SLOT_MASK,
+              cell & -side, side);
 }
 
 // The node of a table's entry that spans 2^shift voxels and holds a cell, which is `at` in the table.

@@ -4,7 +4,6 @@ struct Ray {
   real3 direction;  // no component is 0, see clamp_component
   real3 inverse;    // 1 / direction
   real3 offset;     // -anchor / direction: the face x = c is crossed at c * inverse.x + offset.x
-  int3 side;        // 1 where the ray ascends, else 0
   real begin;       // of the part inside the domain, from the camera on
   real end;         // end <= begin: the ray misses
 };
@@ -39,17 +38,20 @@ real3 face_times(Ray ray, int3 faces) {
 real least(real3 v) { return min(v.x, min(v.y, v.z)); }
 real greatest(real3 v) { return max(v.x, max(v.y, v.z)); }
 
+// By their signs, which take no registers.
 int3 far_faces(Ray ray, int3 lo, int3 hi) {
-  return int3(ray.side.x == 1 ? hi.x : lo.x, ray.side.y == 1 ? hi.y : lo.y,
-              ray.side.z == 1 ? hi.z : lo.z);
+  return int3(ray.inverse.x > real(0.0) ? hi.x : lo.x, ray.inverse.y > real(0.0) ? hi.y : lo.y,
+              ray.inverse.z > real(0.0) ? hi.z : lo.z);
 }
+
+// 1 where the ray ascends, else 0.
+int3 side_of(Ray ray) { return far_faces(ray, int3(0), int3(1)); }
 
 Ray make_ray(real3 anchor, real3 direction, int3 domain_min, int3 domain_max, real camera) {
   real3 d = real3(clamp_component(direction.x), clamp_component(direction.y),
                   clamp_component(direction.z));
   real3 inverse = real3(real(1.0) / d.x, real(1.0) / d.y, real(1.0) / d.z);
-  int3 side = int3(d.x > real(0.0) ? 1 : 0, d.y > real(0.0) ? 1 : 0, d.z > real(0.0) ? 1 : 0);
-  Ray ray = Ray(anchor, d, inverse, -anchor * inverse, side, camera, camera);
+  Ray ray = Ray(anchor, d, inverse, -anchor * inverse, camera, camera);
   ray.end = least(face_times(ray, far_faces(ray, domain_min, domain_max)));
   ray.begin = max(camera, greatest(face_times(ray, far_faces(ray, domain_max, domain_min))));
   return ray;
@@ -64,8 +66,8 @@ const real near_face = real(1e-4);
 // The ray from its other end, with t negated. The times of all faces are negated too, to the last bit,
 // since rounding is symmetric.
 Ray reversed(Ray ray) {
-  return Ray(ray.anchor, -ray.direction, -ray.inverse, ray.offset * real(-1.0), int3(1) - ray.side,
-             -ray.end, -ray.begin);
+  return Ray(ray.anchor, -ray.direction, -ray.inverse, ray.offset * real(-1.0), -ray.end,
+             -ray.begin);
 }
 
 real3 position(Ray ray, real t) { return ray.anchor + ray.direction * t; }
@@ -79,9 +81,10 @@ int3 cell_at(Ray ray, real t, int3 lo, int3 hi) {
 // The cell that the ray is in at t by the times of faces, from `cell`, which holds the position: the two
 // differ by rounding where the ray is almost in a face. Regions must agree on which of them has the cell.
 int3 cell_between_faces(Ray ray, real t, int3 cell) {
-  real3 ends = face_times(ray, cell + ray.side);
-  real3 begins = face_times(ray, cell + 1 - ray.side);
-  int3 forward = ray.side * 2 - 1;
+  int3 side = side_of(ray);
+  real3 ends = face_times(ray, cell + side);
+  real3 begins = face_times(ray, cell + 1 - side);
+  int3 forward = side * 2 - 1;
   if (ends.x <= t) cell.x += forward.x;
   else if (begins.x > t) cell.x -= forward.x;
   if (ends.y <= t) cell.y += forward.y;
@@ -104,9 +107,10 @@ Crossing leave(Ray ray, int3 lo, int side) {
   real3 times = face_times(ray, far);
   real t = least(times);
   int3 cell = cell_at(ray, t, lo, lo + side);
-  if (times.x <= t) cell.x = ray.side.x == 1 ? far.x : far.x - 1;
-  if (times.y <= t) cell.y = ray.side.y == 1 ? far.y : far.y - 1;
-  if (times.z <= t) cell.z = ray.side.z == 1 ? far.z : far.z - 1;
+  int3 next = far_faces(ray, far - 1, far);
+  if (times.x <= t) cell.x = next.x;
+  if (times.y <= t) cell.y = next.y;
+  if (times.z <= t) cell.z = next.z;
   return Crossing(t, cell);
 }
 

@@ -42,7 +42,7 @@ struct Listed {
 };
 
 const Listed listed_programs[] = {
-    {"cells, constant L", R"("sampling": "cells")", 64},
+    {"cells, constant L", R"("sampling": "cells")", 56},
     {"cells, L from density", R"("sampling": "cells", "luminance-grid": "density")", 64},
     {"cell-exact, L from density", R"("integrator": "cell-exact", "luminance-grid": "density")",
      64},
@@ -51,16 +51,16 @@ const Listed listed_programs[] = {
     {"cell-exact, three grids",
      R"("integrator": "cell-exact", "luminance-grid": "color", "emission-grid": "temperature")",
      160},
-    {"uniform, psi-balanced, constant L", R"("step": 1)", 64},
-    {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 72},
+    {"uniform, psi-balanced, constant L", R"("step": 1)", 56},
+    {"uniform, psi-balanced, L from density", R"("step": 1, "luminance-grid": "density")", 64},
     {"uniform, function with shells", R"("step": 1, "transfer-function": "shells.json")", 80},
     {"uniform, lit", R"("step": 1, "light": [1, -1, 0])", 96},
-    {"cells, boxes of codes", R"("sampling": "cells", "texel": "code12")", 64},
-    {"uniform, lit, boxes of codes", R"("step": 1, "light": [1, -1, 0], "texel": "code12")", 104},
-    {"tolerance 1e-3, lit", R"("tolerance": 1e-3, "light": [1, -1, 0])", 104},
+    {"cells, boxes of codes", R"("sampling": "cells", "texel": "code12")", 56},
+    {"uniform, lit, boxes of codes", R"("step": 1, "light": [1, -1, 0], "texel": "code12")", 96},
+    {"tolerance 1e-3, lit", R"("tolerance": 1e-3, "light": [1, -1, 0])", 96},
     {"tolerance 1e-3, fire", R"("tolerance": 1e-3, "temperature-grid": "temperature")", 112},
     {"MIP", R"("mode": "mip", "sampling": "cells")", 64},
-    {"isosurface", R"("mode": "isosurface", "sampling": "cells")", 72},
+    {"isosurface", R"("mode": "isosurface", "sampling": "cells")", 64},
     {"rays towards a light", R"("step": 1, "light": [1, -1, 0], "light-quality": "exact")", 56,
      "light.frag"},
 };
