@@ -120,14 +120,21 @@ LightMethod LightTrials::from(double spacing, double miss) {
 
 SkyTrial::SkyTrial(const View& view, const MediumDepths& depths, double rms) {
   const double most = light_safety * rms;
-  const LightPilots pilots(view, depths, sky_of(256));
+  const LightPilots pilots(view, depths, sky_of(truth_count));
   coverage_ = pilots.coverage();
   const auto miss_of = [&](int count) { return pilots.error(sky_of(count)); };
   miss_ = miss_of(few_count);
-  const double wanted = std::clamp(std::ceil(few_count * miss_.rms / most), 8.0, 1024.0);
+  const auto wanted_by = [&](int tried) { return std::ceil(tried * miss_.rms / most); };
+  int tried = few_count;
+  if (wanted_by(tried) > truth_count) {  // few miss more than that if they miss a phase's peak
+    tried = many_count;
+    miss_ = miss_of(tried);
+  }
+  const double least = tried == few_count ? 8 : few_count;
+  const double wanted = std::clamp(wanted_by(tried), least, double(most_sky_directions));
   if (wanted >= few_count) {
     count_ = int(wanted);
-    miss_ = miss_ * (few_count / wanted);
+    miss_ = miss_ * (tried / wanted);
     return;
   }
   for (int count = int(wanted); count < few_count; count *= 2)

@@ -57,6 +57,9 @@ class LightTrials {
   LightPilots pilots_;
 };
 
+/// A sky has no more directions.
+inline constexpr int most_sky_directions = 1024;
+
 /// Number of a sky's directions. Over clouds and smoke the error falls as one over their number
 /// (docs/notes/light.md), so that a trial with few tells how many it takes. Of fewer the error may
 /// be far larger, where few directions miss the phase function's peak: these are tried.
@@ -68,7 +71,7 @@ class SkyTrial {
   double coverage() const { return coverage_; }
 
  private:
-  static constexpr int few_count = 32;
+  static constexpr int few_count = 32, many_count = 128, truth_count = 256;
   int count_ = few_count;
   LightError miss_;
   double coverage_ = 0;

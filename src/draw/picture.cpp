@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "base/text.h"
+#include "draw/light_trials.h"
 #include "march/film.h"
 #include "march/light.h"
 #include "march/march_double.h"
@@ -27,6 +28,11 @@ Camera along(const WorldRay& ray, const Camera& camera, const glm::ivec2& resolu
   narrow.half_width = camera.half_width / resolution.x;
   narrow.half_height = narrow.half_width;
   return narrow;
+}
+
+std::string light_is_lost() {
+  return "by estimate that is the light's; a sky has at most " +
+         std::to_string(most_sky_directions) + " directions";
 }
 
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
@@ -122,7 +128,7 @@ void Picture::confirm_plan() {
         "be",
         expected_rms_, *tolerance));
   else if (rms > *tolerance) {
-    const std::string lost = why_lost(view_);
+    const std::string lost = plan_->light_rms > *tolerance ? light_is_lost() : why_lost(view_);
     drawn_.notices.push_back(
         formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
         (lost.empty() ? ", by the device's arithmetic" : ": " + lost));

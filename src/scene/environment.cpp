@@ -17,6 +17,19 @@ constexpr double pi = glm::pi<double>();
 /// most, each of several pixels.
 constexpr int least_cells = 512, most_cells = 1024;
 
+/// Turns directions away from the axes. Volumes have faces along axes: rectangles with sides along
+/// the same horizons err with one sign on all of such a face, and their errors do not cancel.
+glm::dmat3 tilted() {
+  const glm::dvec3 x = glm::normalize(glm::dvec3(1, 0.37, 0.21));
+  const glm::dvec3 y = glm::normalize(glm::cross(glm::dvec3(-0.41, 0.53, 1), x));
+  return {x, y, glm::cross(x, y)};
+}
+
+/// Where a direction is in a map, 0 to 1.
+glm::dvec2 place_in(const glm::dvec3& d) {
+  return {0.5 - std::atan2(d.y, d.x) / (2 * pi), std::atan2(std::hypot(d.x, d.y), d.z) / pi};
+}
+
 }  // namespace
 
 double Environment::Light::scatter() const {
@@ -43,9 +56,9 @@ glm::dvec3 Environment::direction(double u, double v) const {
 
 glm::dvec3 Environment::at(const glm::dvec3& towards) const {
   const glm::dvec3 d = z_up_ ? towards : glm::dvec3(towards.z, towards.x, towards.y);
-  const double turn = (std::atan2(d.y, d.x) - rotation_) / (2 * pi);
-  const double x = (0.5 - turn - std::floor(0.5 - turn)) * size_.x - 0.5;
-  const double y = std::atan2(std::hypot(d.x, d.y), d.z) / pi * size_.y - 0.5;
+  const glm::dvec2 place = place_in(d);
+  const double turned = place.x + rotation_ / (2 * pi);
+  const double x = (turned - std::floor(turned)) * size_.x - 0.5, y = place.y * size_.y - 0.5;
   const glm::dvec2 part(x - std::floor(x), y - std::floor(y));
   const auto pixel = [&](int i, int j) {
     const int column = (i + size_.x) % size_.x, row = std::clamp(j, 0, size_.y - 1);
@@ -61,13 +74,10 @@ void Environment::sum_up() {
   const int pixels = (size_.x + most_cells - 1) / most_cells;
   const glm::ivec2 fine = parts * size_;
   cells_ = (fine + pixels - 1) / pixels;
-  sums_.assign(std::size_t(cells_.x + 1) * std::size_t(cells_.y + 1), {});
+  std::vector<Light> cells(std::size_t(cells_.x) * std::size_t(cells_.y));
   std::vector<glm::dvec3> equator(std::size_t(fine.x));
   for (int x = 0; x < fine.x; ++x) equator[std::size_t(x)] = direction((x + 0.5) / fine.x, 0.5);
   const glm::dvec3 zenith = direction(0, 0);
-  const auto sum = [&](int x, int y) -> Light& {
-    return sums_[std::size_t(y) * std::size_t(cells_.x + 1) + std::size_t(x)];
-  };
   for (int y = 0; y < fine.y; ++y) {
     const double v = (y + 0.5) / fine.y;
     const double area =
@@ -76,9 +86,20 @@ void Environment::sum_up() {
     for (int x = 0; x < fine.x; ++x) {
       const glm::dvec3 L = area * glm::dvec3(row[x / parts]);
       const glm::dvec3 d = std::sin(pi * v) * equator[std::size_t(x)] + std::cos(pi * v) * zenith;
-      Light& cell = sum(x / pixels + 1, y / pixels + 1);
+      Light& cell =
+          cells[std::size_t(y / pixels) * std::size_t(cells_.x) + std::size_t(x / pixels)];
       cell = cell + Light{L, (L.x + L.y + L.z) / 3 * d};
     }
+  }
+  sums_.assign(std::size_t(cells_.x + 1) * std::size_t(cells_.y + 1), {});
+  const auto sum = [&](int x, int y) -> Light& {
+    return sums_[std::size_t(y) * std::size_t(cells_.x + 1) + std::size_t(x)];
+  };
+  for (const Light& cell : cells) {
+    if (!(cell.amount() > 0)) continue;
+    const glm::dvec2 at = place_in(tilted() * cell.moment) * glm::dvec2(cells_);
+    Light& to = sum(std::min(int(at.x), cells_.x - 1) + 1, std::min(int(at.y), cells_.y - 1) + 1);
+    to = to + cell;
   }
   for (int y = 1; y <= cells_.y; ++y)
     for (int x = 1; x <= cells_.x; ++x)
@@ -125,9 +146,11 @@ std::vector<Environment::Source> Environment::sources(int count) const {
     add(b);
   }
   std::vector<Source> sources;
+  const double least =
+      1e-12 * within({{0, 0}, cells_}).amount();  // the rounding of sums is below it
   for (; !parts.empty(); parts.pop()) {
     const Light light = within(parts.top().second);
-    if (light.amount() > 0) sources.push_back({glm::normalize(light.moment), light.radiance});
+    if (light.amount() > least) sources.push_back({glm::normalize(light.moment), light.radiance});
   }
   return sources;
 }

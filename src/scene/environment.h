@@ -29,13 +29,14 @@ class Environment {
     glm::dvec3 towards{0};   ///< normalised: the middle of its light
     glm::dvec3 radiance{0};  ///< its share of the mean over all directions
   };
-  /// At most `count` parts that are all of the map's light: a rectangle is halved where its light
-  /// scatters most about its middle (Viriyothai and Debevec 2009, Variance minimization light probe
-  /// sampling). A small bright spot, such as a sun, is a part of its own.
+  /// At most `count` parts that are all of the map's light: a rectangle of the sphere, whose sides
+  /// are along no axis, is halved where its light scatters most about its middle (Viriyothai and
+  /// Debevec 2009, Variance minimization light probe sampling). A small bright spot, such as a sun,
+  /// is a part of its own.
   std::vector<Source> sources(int count) const;
 
  private:
-  /// Light of some of the map's cells.
+  /// Light of some cells.
   struct Light {
     glm::dvec3 radiance{0};  ///< times the solid angle, over the sphere's
     glm::dvec3 moment{0};    ///< the amount times the direction
@@ -62,7 +63,7 @@ class Environment {
   bool z_up_;
   double rotation_;
   std::optional<glm::dvec3> constant_;
-  glm::ivec2 cells_{0};
+  glm::ivec2 cells_{0};      ///< across the sphere, which is tilted
   std::vector<Light> sums_;  ///< of the cells left of and above each corner
 };
 
