@@ -219,6 +219,13 @@ done
 grep -q '^| step | from inside | psi-balanced, end corrections | 3 | 4 | \(3\.9\|4\.0\)' orders/orders.md ||
   fail "psi-balanced is not of fourth order: $(grep corrections orders/orders.md)"
 run 2 "excludes --orders" --orders --psi -o both
+# no kind of study replaces the page of another, or one that is not psivox's
+mkdir web && echo mine >web/index.html
+for kind in --psi "--summary whole" "${sweep[*]}"; do
+  run 2 "'orders' holds an index.html; give another folder with -o" $kind -o orders
+  run 2 "'web' holds an index.html" $kind -o web
+done
+[ "$(cat web/index.html)" = mine ] || fail "web/index.html was replaced"
 
 run 0 "" "${sweep[@]}" -o sizes --resolutions 24x24,48x16 --integrators psi-exact --segments 1,2
 for file in reference_24x24.exr reference_48x16.png pictures/psi-exact_cells_2_24x24.png; do

@@ -178,6 +178,7 @@ void print_camera(const Scene& scene, const std::string& renderer) {
 std::string study_frames(const StudyCall& call, const Scene& scene, const FrameList& list,
                          StudyOptions options, ProgressBar& bar) {
   const std::filesystem::path folder = options.folder;
+  check_study_folder(folder, options.resume);
   const SequenceScene sequence = chosen_for(list, scene, true, list.others_serve);
   if (!call.quiet) print_choice(sequence, list);
   const Progress progress = bar.progress();

@@ -73,8 +73,9 @@ struct StudyOptions {
   std::function<void(const std::string&)> say{};  ///< takes lines for the user; may be empty
 };
 
-/// Throws Error(usage) if the folder holds results and `resume` is not set, and Error(output) if
-/// the folder cannot be made or another study writes it. Leaves no folder that was not there.
+/// Throws Error(usage) if the folder holds results or an index.html and `resume` is not set, and
+/// Error(output) if the folder cannot be made or another study writes it. Leaves no folder that was
+/// not there.
 void check_study_folder(const std::filesystem::path& folder, bool resume);
 
 /// Throws Error(usage) if a picture of another renderer has a name that is no name or another's, or

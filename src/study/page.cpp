@@ -310,7 +310,7 @@ void write_sections(const fs::path& folder, const std::string& name, const std::
     if (!s.table.empty()) markdown += markdown_table(s.table) + "\n";
   }
   write_text((folder / (name + ".md")).string(), markdown);
-  write_text((folder / "index.html").string(), html_page(title, page));
+  write_text((folder / page_name).string(), html_page(title, page));
 }
 
 std::string html_figure(const fs::path& png, const std::string& caption, int width,

@@ -76,6 +76,8 @@ void write_sections(const std::filesystem::path& folder, const std::string& name
 std::string html_figure(const std::filesystem::path& png, const std::string& caption, int width,
                         const std::string& variant = "");
 
+inline constexpr const char* page_name = "index.html";
+
 /// The folder of a study that begins or, to `resume`, goes on. Throws as check_study_folder does.
 WrittenFolder study_folder(const std::filesystem::path& folder, bool resume);
 

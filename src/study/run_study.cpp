@@ -330,10 +330,14 @@ class StudyRun {
 }  // namespace
 
 WrittenFolder study_folder(const fs::path& folder, bool resume) {
+  const auto refuse = [&](const std::string& holds, const std::string& advice) {
+    throw Error(ExitCode::usage,
+                in_quotes(folder.string()) + " holds " + holds + "; " + advice + " with -o");
+  };
   if (!resume && fs::exists(folder / results_name))
-    throw Error(ExitCode::usage, in_quotes(folder.string()) +
-                                     " holds the results of a study; --resume goes on with it, or "
-                                     "give another folder with -o");
+    refuse("the results of a study", "--resume goes on with it, or give another folder");
+  if (!resume && fs::exists(folder / page_name))  // of another kind of study, or not of psivox
+    refuse("an " + std::string(page_name), "give another folder");
   return WrittenFolder(folder);
 }
 
