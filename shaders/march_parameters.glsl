@@ -11,9 +11,9 @@ PARAMETER(int3, density_field_min)    // domain of the density's own field: anot
 PARAMETER(int3, density_field_max)    // widened that of the atlas
 PARAMETER(int3, part_min)             // in_part: the region that the ray collects from, to the
 PARAMETER(int3, part_max)             // cells before this
-PARAMETER(int, passed_first)          // has_passed: where `tables` has the optical depths that rays
-PARAMETER(int, passed_x)              // have passed, four an entry, row by row; of the first one the
-PARAMETER(int, passed_y)              // pixel
+PARAMETER(int, passed_first)          // has_passed: where `tables` has what rays have passed, see
+PARAMETER(int, passed_x)              // RenderOptions::passed, four an entry, row by row; of the
+PARAMETER(int, passed_y)              // first one the pixel
 PARAMETER(int, passed_width)          // [pixels]
 PARAMETER(real3, world_0)             // world direction, not normalised
 PARAMETER(real3, world_u)

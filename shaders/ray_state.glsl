@@ -93,10 +93,15 @@ March begin_march(Ray ray) {
 void aim(INOUT(March) m, Pixel p) {
   m.phase = phase_of(p);
   if (has_passed) {
-    real passed = table_number(passed_first, p.number);  // optical depth before its region
-    m.half_at -= passed;
-    m.stop_at -= passed;
-    if (passed > stop_depth) m.done = true;
+    // before its region: the greatest value, or the optical depth
+    real passed = table_number(passed_first, p.number);
+    if (shows == SHOWS_value) {
+      m.radiance.x = max(m.radiance.x, passed);
+    } else {
+      m.half_at -= passed;
+      m.stop_at -= passed;
+      if (passed > stop_depth) m.done = true;
+    }
   }
   if (own_luminance) m.luminance = track_of(p, luminance);
   if (has_emission) aim_emission(m.emission, p);

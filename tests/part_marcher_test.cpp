@@ -112,6 +112,28 @@ TEST(PartMarcher, LeavesOutWhatNoRaySees) {
   EXPECT_EQ(drawn(Mode::xray), 8);
 }
 
+// Behind the first maximum, 5e-5, values fall by more than what tells a fall from a plateau, but by
+// less within either part; a greater maximum follows.
+TEST(PartMarcher, ALocalMaximumMayFallOverSeveralParts) {
+  const auto field = share(make_field({{0, 0, 0}, {15, 7, 7}}, [](glm::ivec3 v) {
+    if (v.x == 13) return 1.0f;
+    return v.x < 5 ? 1e-5f * float(v.x) : 5e-5f - 8e-7f * float(v.x - 5);
+  }));
+  Scene scene = looking(small_scene(3), {-50, 3.5, 3.5}, {8, 3.5, 3.5}, /*width=*/4);
+  scene.mode = Mode::lmip;
+  const View view = view_of(scene, field);
+  const auto value = [&](std::size_t parts) {
+    DoubleMarcher marcher;
+    const Image image =
+        in_regions(marcher, Regions::in_parts(leaf_bricks(*field), parts)).render(view).image;
+    return image.rgba()[4 * 4];  // of the middle pixel
+  };
+  const float whole = value(1), least = 4e-6f;
+  EXPECT_GT(view.medium.least_value, 0.9 * double(least));
+  EXPECT_NEAR(whole, 5e-5f, least);
+  EXPECT_EQ(value(2), whole);
+}
+
 TEST_F(InParts, DrawsFromInsideAndInParallel) {
   Scene scene = blobs_scene();
   scene.camera_position = glm::dvec3(0.1, 0.4, 0.05);

@@ -223,7 +223,6 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
   const double share = 1.0 / double(regions.size() * std::size_t(samples));
   if (options.progress)
     part.progress = [&](double fraction) { options.progress(share * (done + fraction)); };
-  const bool ends = light.fold().least_transmittance() > 0;
   stats.renderer = marcher_.description();
   for (const Region& region : regions) {
     const PixelBox seen = common(pixels_of(view, region.bricks), light.pixels());
@@ -238,7 +237,7 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
     marcher_.upload(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);
-      if (part.depth || ends) part.passed = light.passed(seen, sample);
+      if (part.depth || light.fold().ends_by_passed()) part.passed = light.passed(seen, sample);
       const RenderResult drawn = marcher_.render(one, part);
       light.add(drawn.image, seen.origin, sample);
       add_counts(drawn.stats, stats);

@@ -30,6 +30,7 @@ struct RayFold::Maxima {
 
 RayFold::RayFold(const View& view) : shows_(info(view.scene.mode).shows) {
   if (shows_ == Shows::value) maxima_ = std::make_shared<Maxima>(view);
+  first_maximum_ = view.scene.mode == Mode::lmip;
   if (shows_ == Shows::light) least_ = view.scene.resolved_early_termination();
 }
 
@@ -62,6 +63,11 @@ bool RayFold::ended(const glm::dvec4& ray) const {
 glm::dvec4 RayFold::picture(const glm::dvec4& ray) const {
   if (maxima_) return maxima_->picture(ray.x);
   return {glm::dvec3(ray), 1 - ray.a};
+}
+
+double RayFold::passed(const glm::dvec4& ray) const {
+  constexpr double least = 1e-38;
+  return maxima_ ? ray.x : -std::log(std::max(transmittance(ray), least));
 }
 
 double RayFold::transmittance(const glm::dvec4& ray) const {
@@ -136,16 +142,14 @@ void CarriedLight::begin_behind(std::vector<float> depths) {
 }
 
 std::vector<float> CarriedLight::passed(const PixelBox& pixels, int sample) const {
-  constexpr double least = 1e-38;
-  std::vector<float> depths;
-  depths.reserve(std::size_t(pixels.size.x) * std::size_t(pixels.size.y));
+  std::vector<float> found;
+  found.reserve(std::size_t(pixels.size.x) * std::size_t(pixels.size.y));
   for (int y = 0; y < pixels.size.y; ++y) {
     const std::size_t first = index(pixels.origin + glm::ivec2(0, y), sample);
     for (std::size_t i = first; i < first + std::size_t(pixels.size.x); ++i)
-      depths.push_back(
-          float(depth_before(i) - std::log(std::max(fold_.transmittance(rays_[i]), least))));
+      found.push_back(float(depth_before(i) + fold_.passed(rays_[i])));
   }
-  return depths;
+  return found;
 }
 
 bool CarriedLight::ended(const PixelBox& pixels) const {

@@ -33,6 +33,10 @@ class RayFold {
 
   /// Whether a ray of the whole would have ended: nothing behind is in its picture.
   bool ended(const glm::dvec4& ray) const;
+  /// Whether rays end by what they have passed (RenderOptions::passed).
+  bool ends_by_passed() const { return least_ > 0 || first_maximum_; }
+  /// What a ray has passed: an optical depth, or a value.
+  double passed(const glm::dvec4& ray) const;
   /// The transmittance below which rays end; 0: they do not end by it.
   double least_transmittance() const { return least_; }
 
@@ -46,6 +50,7 @@ class RayFold {
   struct Maxima;
   Shows shows_;
   double least_ = 0;
+  bool first_maximum_ = false;      ///< of a ray's maxima, not the greatest
   std::shared_ptr<Maxima> maxima_;  ///< null if the mode shows no value
 };
 
@@ -78,7 +83,8 @@ class CarriedLight {
   /// are by index(); rays with `no_ray` stay as they are.
   void begin_behind(std::vector<float> depths);
 
-  /// Optical depths that rays have passed, with those behind which they began.
+  /// What rays have passed (RenderOptions::passed); optical depths with those behind which they
+  /// began.
   std::vector<float> passed(const PixelBox& pixels, int sample) const;
 
   /// Whether all rays of these pixels have ended.

@@ -172,10 +172,10 @@ void place_surface_lights(const View& view, MarchSetup& setup) {
   setup.parameters.surface_lights = int(entries.size() / 2);
 }
 
-void place_passed(const std::vector<float>& depths, const PixelBox& pixels, MarchSetup& setup) {
-  if (depths.empty()) return;
+void place_passed(const std::vector<float>& passed, const PixelBox& pixels, MarchSetup& setup) {
+  if (passed.empty()) return;
   MarchParameters& p = setup.parameters;
-  p.passed_first = append(depths, setup);
+  p.passed_first = append(passed, setup);
   p.passed_x = pixels.origin.x;
   p.passed_y = pixels.origin.y;
   p.passed_width = pixels.size.x;

@@ -40,8 +40,8 @@ void place_template(const View& view, MarchSetup& setup);
 /// The lights of a view in mode isosurface.
 void place_surface_lights(const View& view, MarchSetup& setup);
 
-/// Optical depths that rays of some pixels have passed before their region.
-void place_passed(const std::vector<float>& depths, const PixelBox& pixels, MarchSetup& setup);
+/// What rays of some pixels have passed before their region (RenderOptions::passed).
+void place_passed(const std::vector<float>& passed, const PixelBox& pixels, MarchSetup& setup);
 
 /// The planes of the scene's clip; the anchor plane is that far from the camera [world units].
 void place_clip(const View& view, double anchor_distance, MarchSetup& setup);

@@ -24,8 +24,9 @@ struct RenderOptions {
   BrickSteps brick_steps{};
   /// Place of a pixel's only sample, in [0, 1)^2; unset: as the view samples pixels.
   std::optional<glm::dvec2> place{};
-  /// Optical depths that the rays of `pixels` have passed before this region, row by row: layer
-  /// `depth` and the ends of rays depend on them. Empty: none.
+  /// What the rays of `pixels` have passed before this region, row by row: their optical depths,
+  /// on which layer `depth` and the ends of rays depend, or under maxima their greatest values,
+  /// behind which the first local maximum may lie. Empty: nothing.
   std::vector<float> passed{};
   /// Part of the picture to draw, alone in the result's image; unset: all of it.
   std::optional<PixelBox> pixels{};
