@@ -75,11 +75,11 @@ TEST_F(ImageTest, HdrHoldsLightOfAnyBrightnessOverBlack) {
   write_image(image, file("a.hdr"));
   const Image back = read_image(file("a.hdr"));
   for (std::size_t i = 0; i < image.rgba().size(); ++i) {
-    // Mantissas of 8 bits, which are cut, share the brightest channel's exponent.
+    // Mantissas of 8 bits, which are rounded, share the brightest channel's exponent.
     if (i % 4 == 3)
       EXPECT_EQ(back.rgba()[i], 1);
     else
-      EXPECT_NEAR(back.rgba()[i], image.rgba()[i], brightest(image, i / 4) * 0x1p-7f) << i;
+      EXPECT_NEAR(back.rgba()[i], image.rgba()[i], brightest(image, i / 4) * 0x1p-8f) << i;
   }
 }
 

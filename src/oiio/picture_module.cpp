@@ -6,6 +6,8 @@
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <map>
@@ -131,12 +133,24 @@ void add_metadata(OIIO::ImageSpec& spec, const std::map<std::string, std::string
   }
 }
 
-/// Red, green and blue as RGBE can hold them: from 0 to largest_rgbe, 0 for NaN.
+/// Red, green and blue as RGBE can hold them: from 0 to largest_rgbe, 0 for NaN. Mantissas of 8
+/// bits share the brightest channel's exponent. OpenImageIO cuts them off, so they are rounded
+/// here; a quarter of the last bit keeps its arithmetic from cutting one more.
 std::vector<float> rgbe_colours(std::span<const float> rgba) {
   std::vector<float> colours;
   colours.reserve(rgba.size() / 4 * 3);
-  for (std::size_t i = 0; i < rgba.size(); ++i)
-    if (i % 4 != 3) colours.push_back(rgba[i] > 0 ? std::min(rgba[i], largest_rgbe) : 0.0f);
+  for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    std::array<float, 3> color;
+    for (std::size_t c = 0; c < 3; ++c)
+      color[c] = rgba[i + c] > 0 ? std::min(rgba[i + c], largest_rgbe) : 0.0f;
+    const float most = std::ranges::max(color);
+    int exponent = 0;
+    if (256 * std::frexp(most, &exponent) >= 255.5f) ++exponent;
+    for (const float value : color) {
+      const float mantissa = std::floor(std::ldexp(value, 8 - exponent) + 0.5f);
+      colours.push_back(mantissa > 0 ? std::ldexp(mantissa + 0.25f, exponent - 8) : 0);
+    }
+  }
   return colours;
 }
 
