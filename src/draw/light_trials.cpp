@@ -124,17 +124,22 @@ SkyTrial::SkyTrial(const View& view, const MediumDepths& depths, double rms) {
   coverage_ = pilots.coverage();
   const auto miss_of = [&](int count) { return pilots.error(sky_of(count)); };
   miss_ = miss_of(few_count);
-  const auto wanted_by = [&](int tried) { return std::ceil(tried * miss_.rms / most); };
-  int tried = few_count;
-  if (wanted_by(tried) > truth_count) {  // few miss more than that if they miss a phase's peak
-    tried = many_count;
-    miss_ = miss_of(tried);
+  double wanted = std::max(std::ceil(few_count * miss_.rms / most), 8.0);
+  if (wanted > truth_count) {
+    // It costs much, and the error may fall faster, if few directions miss a phase's peak, or
+    // slower: what has an edge by N^(-3/4) (Beck 1987).
+    const LightError many = miss_of(many_count);
+    const double rate = std::clamp(
+        std::log(miss_.rms / many.rms) / std::log(many_count / double(few_count)), 0.75, 1.0);
+    wanted = std::ceil(many_count * std::pow(many.rms / most, 1 / rate));
+    wanted = std::clamp(wanted, double(many_count), double(most_sky_directions));
+    count_ = int(wanted);
+    miss_ = many * std::pow(many_count / wanted, rate);
+    return;
   }
-  const double least = tried == few_count ? 8 : few_count;
-  const double wanted = std::clamp(wanted_by(tried), least, double(most_sky_directions));
   if (wanted >= few_count) {
     count_ = int(wanted);
-    miss_ = miss_ * (tried / wanted);
+    miss_ = miss_ * (few_count / wanted);
     return;
   }
   for (int count = int(wanted); count < few_count; count *= 2)

@@ -30,9 +30,14 @@ Camera along(const WorldRay& ray, const Camera& camera, const glm::ivec2& resolu
   return narrow;
 }
 
-std::string light_is_lost() {
-  return "by estimate that is the light's; a sky has at most " +
-         std::to_string(most_sky_directions) + " directions";
+/// Why the error is above the tolerance although the march is not expected to miss it.
+std::string cause(const View& view, bool of_light) {
+  if (const std::string lost = why_lost(view); !lost.empty()) return ": " + lost;
+  if (!of_light) return ", by the device's arithmetic";
+  const bool sky = view.scene.sky || !view.scene.environment.empty();
+  return ", by the light" +
+         (sky ? "; a sky has at most " + std::to_string(most_sky_directions) + " directions"
+              : std::string());
 }
 
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
@@ -128,10 +133,9 @@ void Picture::confirm_plan() {
         "be",
         expected_rms_, *tolerance));
   else if (rms > *tolerance) {
-    const std::string lost = plan_->light_rms > *tolerance ? light_is_lost() : why_lost(view_);
     drawn_.notices.push_back(
         formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
-        (lost.empty() ? ", by the device's arithmetic" : ": " + lost));
+        cause(view_, plan_->light_rms > *tolerance));
   }
   if (rms > *tolerance || drawn_.stats.stuck > 0) plan_->reached = false;
 }
