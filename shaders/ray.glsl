@@ -38,7 +38,7 @@ real3 face_times(Ray ray, int3 faces) {
 real least(real3 v) { return min(v.x, min(v.y, v.z)); }
 real greatest(real3 v) { return max(v.x, max(v.y, v.z)); }
 
-// By their signs, which take no registers.
+// The faces of a box through which the ray leaves.
 int3 far_faces(Ray ray, int3 lo, int3 hi) {
   return int3(ray.inverse.x > real(0.0) ? hi.x : lo.x, ray.inverse.y > real(0.0) ? hi.y : lo.y,
               ray.inverse.z > real(0.0) ? hi.z : lo.z);

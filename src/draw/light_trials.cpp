@@ -126,13 +126,13 @@ SkyTrial::SkyTrial(const View& view, const MediumDepths& depths, double rms) {
   miss_ = miss_of(few_count);
   double wanted = std::max(std::ceil(few_count * miss_.rms / most), 8.0);
   if (wanted > truth_count) {
-    // It costs much, and the error may fall faster, if few directions miss a phase's peak, or
-    // slower: what has an edge by N^(-3/4) (Beck 1987).
+    // So many cost much, and the few may tell too much, where they miss a phase's peak, or too
+    // little: the error of light that has an edge falls as N^(-3/4) (Beck 1987).
     const LightError many = miss_of(many_count);
     const double rate = std::clamp(
         std::log(miss_.rms / many.rms) / std::log(many_count / double(few_count)), 0.75, 1.0);
     wanted = std::ceil(many_count * std::pow(many.rms / most, 1 / rate));
-    wanted = std::clamp(wanted, double(many_count), double(most_sky_directions));
+    wanted = std::clamp(wanted, double(many_count), double(most_sky_count));
     count_ = int(wanted);
     miss_ = many * std::pow(many_count / wanted, rate);
     return;

@@ -57,9 +57,6 @@ class LightTrials {
   LightPilots pilots_;
 };
 
-/// A sky has no more directions.
-inline constexpr int most_sky_directions = 1024;
-
 /// Number of a sky's directions. Over clouds and smoke the error falls as one over their number
 /// (docs/notes/light.md), so that a trial with few tells how many it takes. Of fewer the error may
 /// be far larger, where few directions miss the phase function's peak: these are tried.

@@ -6,7 +6,6 @@
 #include <glm/geometric.hpp>
 
 #include "base/text.h"
-#include "draw/light_trials.h"
 #include "march/film.h"
 #include "march/light.h"
 #include "march/march_double.h"
@@ -36,7 +35,7 @@ std::string cause(const View& view, bool of_light) {
   if (!of_light) return ", by the device's arithmetic";
   const bool sky = view.scene.sky || !view.scene.environment.empty();
   return ", by the light" +
-         (sky ? "; a sky has at most " + std::to_string(most_sky_directions) + " directions"
+         (sky ? "; a sky has at most " + std::to_string(most_sky_count) + " directions"
               : std::string());
 }
 

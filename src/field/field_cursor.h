@@ -23,7 +23,7 @@ class FieldCursor {
   }
   double at(const glm::dvec3& point);
 
-  /// The index's, which takes a look at three cubes where a block is not stored.
+  /// FieldIndex's, which is not asked where a block is stored.
   std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) {
     return block(nearest_voxel(point) & ~7).stored ? 0 : index_->empty_steps(point, step);
   }

@@ -144,8 +144,8 @@ Method draft_method(const Scene& scene, const Field& density) {
 }
 
 constexpr glm::ivec2 ray_count(64, 36);
-/// Every second ray, as on a chessboard, is enough if so many are covered: brightness by them is
-/// within 1 % of that by 16 times as many rays.
+/// Every second ray, as on a chessboard, is enough if so many pixels are covered: the brightness by
+/// them was within 1 % of that by 16 times as many rays, on four files.
 constexpr std::size_t enough_pixels = 200;
 /// Rays end at this transmittance, and look at the light again each time that they lost so much;
 /// rays towards the light at this depth, behind which it is less than float32 has beside it.

@@ -41,8 +41,8 @@ std::vector<Beam> sky_beams(const glm::dvec3& radiance, int count);
 /// Beams of the view's sky or environment, at most `count`; none if it has neither.
 std::vector<Beam> sky_beams(const View& view, int count);
 
-/// Directions of a sky whose light counts as exact.
-inline constexpr int exact_sky_count = 512;
+/// Directions of a sky whose light counts as exact, and the most that a tolerance gets.
+inline constexpr int exact_sky_count = 512, most_sky_count = 1024;
 
 /// Segments of a cell by which a function of the gradient, along which it is no cubic, counts as
 /// integrated.
