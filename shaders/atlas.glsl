@@ -44,7 +44,16 @@ int levels_of(int grid) {
 }
 
 // First cell of the brick that a node is, or is an octant of. Bricks lie at multiples of their cells.
-int3 first_cell(Node brick) { return octants ? brick.lo & ~(BRICK_CELLS - 1) : brick.lo; }
+int3 first_cell(Node brick) { return brick.lo & ~(BRICK_CELLS - 1); }
+
+// Whether two cells lie in one cube of `side` cells, a power of two, at a multiple of them.
+bool in_one_cube(int side, int3 a, int3 b) {
+  int3 parts = (a ^ b) & -side;
+  return (parts.x | parts.y | parts.z) == 0;
+}
+
+// Where a cell lies in its brick.
+int3 in_brick(int3 cell) { return cell & (BRICK_CELLS - 1); }
 
 // The octant of a brick that holds a cell; the brick itself if none of its octants hides. An octant
 // whose bit is set above the slot is empty. Both lie at multiples of their cells.
@@ -92,9 +101,8 @@ Node find_stored(int grid, int3 cell) {
 
 // The node that covers a cell of the domain.
 Node find_node(int grid, int3 cell) {
-  if (!octants) return find_stored(grid, cell);
   Node node = find_entry(grid, cell);
-  if (grid == density_grid && node.kind == NODE_BRICK) return octant_of(node, cell);
+  if (octants && grid == density_grid && node.kind == NODE_BRICK) node = octant_of(node, cell);
   return node;
 }
 

@@ -20,20 +20,21 @@ void add_light(INOUT(March) m, real3 C) {
 // the optical depth `depth` and an attenuation proportional to `tau`.
 void find_half(INOUT(March) m, Cubic tau, real depth, real length) {
   if (!find_depth) return;
-  if (m.half_depth < NEVER || !(m.optical_depth + depth > m.half_at)) return;
-  // an end correction may have passed it
-  real s = m.optical_depth < m.half_at ? (m.half_at - m.optical_depth) / depth : real(0.0);
-  real target = s * antiderivative(tau, real(1.0));
-  real low = real(0.0);
-  real high = real(1.0);
-  for (int i = 0; i < 12; ++i) {  // Newton's steps, and halves where they leave the interval
-    real off = antiderivative(tau, s) - target;
-    if (off < real(0.0)) low = s;
-    else high = s;
-    s = s - off / polynomial(tau, s);
-    if (!(s >= low && s <= high)) s = real(0.5) * (low + high);
+  if (m.half_depth >= NEVER && m.optical_depth + depth > m.half_at) {
+    // an end correction may have passed it
+    real s = m.optical_depth < m.half_at ? (m.half_at - m.optical_depth) / depth : real(0.0);
+    real target = s * antiderivative(tau, real(1.0));
+    real low = real(0.0);
+    real high = real(1.0);
+    for (int i = 0; i < 12; ++i) {  // Newton's steps, and halves where they leave the interval
+      real off = antiderivative(tau, s) - target;
+      if (off < real(0.0)) low = s;
+      else high = s;
+      s = s - off / polynomial(tau, s);
+      if (!(s >= low && s <= high)) s = real(0.5) * (low + high);
+    }
+    m.half_depth = m.t + length * s;
   }
-  m.half_depth = m.t + length * s;
 }
 
 // Adds optical depth, and ends the ray behind which nothing is seen.
@@ -182,11 +183,13 @@ struct CellPiece {
 // The luminance grid along the piece, in whose middle its node was sought.
 Cubics luminance_along(IN(March) m, real length) {
   int channels = luminance_source == SOURCE_VECTOR ? 3 : 1;
-  if (beside_density && !m.paired_here) return constant_cubics(m.front.L);
-  if (beside_density && !hardware_filter)
-    return cubics_along(m.pairs, channels, position(m.luminance.ray, m.t) - m.pairs_at,
-                        m.luminance.ray.direction * length);
-  return track_cubics(luminance_grid, channels, m.luminance, m.t, length);
+  Cubics L = constant_cubics(m.front.L);
+  if (beside_density && !hardware_filter && m.paired_here)
+    L = cubics_along(m.pairs, channels, position(m.luminance.ray, m.t) - m.pairs_at,
+                     m.luminance.ray.direction * length);
+  else if (!beside_density || m.paired_here)
+    L = track_cubics(luminance_grid, channels, m.luminance, m.t, length);
+  return L;
 }
 
 // What the nodes of a piece add up to.

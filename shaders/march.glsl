@@ -3,6 +3,9 @@
 // A turn holds one look-up, one leave() and one set of samples and weights. What is rare (the first
 // value of a ray, constant runs, empty ones) takes the same path with other numbers: llvmpipe executes
 // both sides of every branch, so a rare branch costs as much as a frequent one.
+//
+// A function that a turn calls has one exit, but for returns that constants decide: a GPU's compiler keeps
+// all that it makes in registers of their own where a return in its middle is merged (docs/gpu.md).
 #include "pixel.glsl"
 #include "ray_state.glsl"
 #include "composite.glsl"
@@ -14,7 +17,7 @@
 
 // What a walk remembers between turns; each sampling reads its own part.
 struct Walk {
-  Node node;         // cells: of the page table, that holds the last cell
+  CellWalk cells;
   StepWalk steps;    // uniform
   VoxelWalk voxels;  // template
 };
@@ -25,7 +28,7 @@ const int turns_of_product = 16;
 
 Walk begin_walk(INOUT(March) m, Ray ray) {
   Walk w;
-  w.node = no_node();
+  w.cells = begin_cells();
   if (template_sampling) w.voxels = begin_voxels(m, ray);
   else if (uniform_sampling) w.steps = begin_steps(m, ray);
   return w;
@@ -35,25 +38,27 @@ void end_walk(INOUT(March) m, Walk w, Ray ray) {
   if (steps_along) end_steps(m, w.steps, ray);
 }
 
-// Marches on, up to max_turns turns. A ray that stands still over so many turns would for ever, by a fault
-// of the driver's arithmetic or of ours: it ends. Rays do stand still for a few turns, where they begin and
-// in corners; in a step's nodes, too, which they reach one by one.
+// How far the walk is: grows from turn to turn, but for a few where the ray begins and in corners.
+real reached(IN(March) m, IN(Walk) w) {
+  if (steps_along) return m.t + w.steps.node_end;  // it reaches a step's nodes one by one
+  return m.t;
+}
+
+// Marches on, up to max_turns turns or some more, a number of turns_of_product. A ray that stands still
+// over so many turns would for ever, by a fault of the driver's arithmetic or of ours: it ends.
 void march(INOUT(March) m, Ray ray) {
   Walk w = begin_walk(m, ray);
-  int turn = 0;
-  while (turn < max_turns && !m.done) {
-    real last_t = m.t;
-    real last_node = steps_along ? w.steps.node_end : m.t;
-    for (int n = 0; n < turns_of_product && turn < max_turns && !m.done; ++n, ++turn) {
+  bool ended = m.done;  // in a pass before
+  for (int turn = 0; turn < max_turns && !m.done; turn += turns_of_product) {
+    real last = reached(m, w);
+    for (int n = 0; n < turns_of_product && !m.done; ++n) {
       if (template_sampling) turn_template(m, w.voxels, ray);
       else if (uniform_sampling) turn_uniform(m, w.steps, ray);
-      else turn_cells(m, w.node, ray);
+      else turn_cells(m, w.cells, ray);
       if (m.t >= ray.end) m.done = true;
     }
     if (!depth_only) m.transmittance = decay(m.optical_depth).e;
-    bool onward = m.t > last_t || turn >= max_turns;
-    if (steps_along) onward = onward || w.steps.node_end > last_node;
-    if (!onward && !m.done) {
+    if (!m.done && reached(m, w) <= last) {
       m.stuck = true;
       m.done = true;
     }
@@ -61,6 +66,5 @@ void march(INOUT(March) m, Ray ray) {
 #if !RESUMABLE
   m.stuck = m.stuck || !m.done;  // max_turns are more than any ray needs
 #endif
-  m.turns += turn;
-  end_walk(m, w, ray);
+  if (!ended) end_walk(m, w, ray);
 }

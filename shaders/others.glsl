@@ -84,15 +84,17 @@ Node find_other(int first, int3 cell) {
 Cubic other_channel(Other o, real t, int channel) {
   Node node = o.node;
   node.payload += channel * int(node.kind == NODE_BRICK ? o.scales.z : o.scales.w);
-  return cubic_along(fetch_corners(others_grid, node, o.cell), position(o.ray, t) - real3(o.cell),
+  return cubic_along(fetch_corners(others_grid, node, in_brick(o.cell)), position(o.ray, t) - real3(o.cell),
                      o.ray.direction);
 }
 
 // Its channels from `first` on: one for all colours, or three.
 Cubics other_colors(Other o, real t, int first) {
   Cubic x = other_channel(o, t, first);
-  if (o.channels < first + 3) return Cubics(x, x, x);
-  return Cubics(x, other_channel(o, t, first + 1), other_channel(o, t, first + 2));
+  Cubics v = Cubics(x, x, x);
+  if (o.channels >= first + 3)
+    v = Cubics(x, other_channel(o, t, first + 1), other_channel(o, t, first + 2));
+  return v;
 }
 
 void add_source(INOUT(Others) sum, Cubic tau, IN(Cubics) L, real3 factor) {
@@ -100,6 +102,18 @@ void add_source(INOUT(Others) sum, Cubic tau, IN(Cubics) L, real3 factor) {
   Cubics high = Cubics(product_high(tau, L.x), product_high(tau, L.y), product_high(tau, L.z));
   sum.source = sum_of(sum.source, scaled(low, factor));
   sum.source_high = sum_of(sum.source_high, scaled(high, factor));
+}
+
+// Adds the light and the attenuation of a volume where it stores values, from t on, over a unit of t.
+void add_medium(INOUT(Others) sum, int first, Other o, real t, real phase) {
+  Cubic tau = scaled(other_channel(o, t, 0), o.scales.x);
+  sum.attenuation = sum_of(sum.attenuation, tau);
+  if (!others_shine) return;
+  real4 lit = fetch_table(first + 11);
+  real4 more = fetch_table(first + 12);
+  sum.source = sum_of(sum.source, scaled(Cubics(tau, tau, tau), real3(more.x, more.y, more.z)));
+  if (o.channels > 1 && o.node.kind == NODE_BRICK)
+    add_source(sum, tau, other_colors(o, t, 1), real3(lit.x, lit.y, lit.z) * phase);
 }
 
 // Adds the volume that has entries from `first` on, from t on, over a unit of t.
@@ -112,28 +126,21 @@ void add_other(INOUT(Others) sum, int first, Ray along, real t, real phase) {
                      mapped_vector(first, along.direction, real(0.0)), domain_min, domain_max,
                      along.begin);
   real ahead = t + near_face;
-  bool here = ahead >= ray.begin && ahead < ray.end;
   if (ahead < ray.begin && ray.begin < ray.end) sum.end = min(sum.end, ray.begin);
-  if (!here) return;
-  int3 cell = clamp(cell_between_faces(ray, ahead, cell_at(ray, ahead, domain_min, domain_max)),
-                    domain_min, domain_max - 1);
-  Node node = find_other(first, cell);
-  bool brick = node.kind == NODE_BRICK;
-  sum.end = min(sum.end, next_face_time(ray, brick ? cell : node.lo, brick ? 1 : node.side, ahead));
-  if (node.kind == NODE_EMPTY) return;
-  Other o = Other(ray, node, cell, fetch_table(first + 10), int(low.w));
-  if (o.scales.y > real(0.0)) {
-    if (others_shine) sum.glow = sum_of(sum.glow, scaled(other_colors(o, t, 0), real3(o.scales.y)));
-    return;
+  if (ahead >= ray.begin && ahead < ray.end) {
+    int3 cell = clamp(cell_between_faces(ray, ahead, cell_at(ray, ahead, domain_min, domain_max)),
+                      domain_min, domain_max - 1);
+    Node node = find_other(first, cell);
+    bool brick = node.kind == NODE_BRICK;
+    sum.end = min(sum.end, next_face_time(ray, brick ? cell : node.lo, brick ? 1 : node.side, ahead));
+    if (node.kind != NODE_EMPTY) {
+      Other o = Other(ray, node, cell, fetch_table(first + 10), int(low.w));
+      if (!(o.scales.y > real(0.0)))
+        add_medium(sum, first, o, t, phase);
+      else if (others_shine)
+        sum.glow = sum_of(sum.glow, scaled(other_colors(o, t, 0), real3(o.scales.y)));
+    }
   }
-  Cubic tau = scaled(other_channel(o, t, 0), o.scales.x);
-  sum.attenuation = sum_of(sum.attenuation, tau);
-  if (!others_shine) return;
-  real4 lit = fetch_table(first + 11);
-  real4 more = fetch_table(first + 12);
-  sum.source = sum_of(sum.source, scaled(Cubics(tau, tau, tau), real3(more.x, more.y, more.z)));
-  if (o.channels > 1 && brick)
-    add_source(sum, tau, other_colors(o, t, 1), real3(lit.x, lit.y, lit.z) * phase);
 }
 
 // The further volumes from t on, over a unit of t. `phase`: a factor of their light.

@@ -28,7 +28,6 @@ void load_march(INOUT(March) m, ivec2 at) {
     m.steps = d.x;
     m.samples = d.y;
   }
-  m.turns = d.z >> 2;
   m.stuck = (d.z & 2) != 0;
   m.done = (d.z & 1) != 0;
   m.t = intBitsToFloat(d.w);
@@ -49,7 +48,6 @@ void save_march(IN(March) m, ivec2 at) {
   save_state(1, at, place);
   save_state(2, at, ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth)));
   // of which TileTarget::draw_passes reads the last two
-  save_state(3, at, ivec4(m.steps, m.samples, m.turns * 4 + (m.stuck ? 2 : 0) + (m.done ? 1 : 0),
-                          floatBitsToInt(m.t)));
+  save_state(3, at, ivec4(m.steps, m.samples, (m.stuck ? 2 : 0) + (m.done ? 1 : 0), floatBitsToInt(m.t)));
 }
 #endif

@@ -3,7 +3,6 @@ struct Ray {
   real3 anchor;
   real3 direction;  // no component is 0, see clamp_component
   real3 inverse;    // 1 / direction
-  real3 offset;     // -anchor / direction: the face x = c is crossed at c * inverse.x + offset.x
   real begin;       // of the part inside the domain, from the camera on
   real end;         // end <= begin: the ray misses
 };
@@ -21,18 +20,18 @@ real along_face(real d, int voxel, int upper) {
 }
 
 // The one expression for the t of faces: cells, bricks, regions and the domain must agree bit for bit.
-// `precise`: else a compiler may fuse the product and the sum at one call and not at another, and a ray
-// whose end is one ulp behind its last cell's leaves the page table.
-real face_time(int face, real inverse, real offset) {
-  precise real from_origin = real(face) * inverse;
-  precise real t = from_origin + offset;
+// `precise`: else a compiler may multiply out at one call and not at another, and a ray whose end is one
+// ulp behind its last cell's leaves the page table.
+real face_time(int face, real anchor, real inverse) {
+  precise real away = real(face) - anchor;
+  precise real t = away * inverse;
   return t;
 }
 
 real3 face_times(Ray ray, int3 faces) {
-  return real3(face_time(faces.x, ray.inverse.x, ray.offset.x),
-               face_time(faces.y, ray.inverse.y, ray.offset.y),
-               face_time(faces.z, ray.inverse.z, ray.offset.z));
+  return real3(face_time(faces.x, ray.anchor.x, ray.inverse.x),
+               face_time(faces.y, ray.anchor.y, ray.inverse.y),
+               face_time(faces.z, ray.anchor.z, ray.inverse.z));
 }
 
 real least(real3 v) { return min(v.x, min(v.y, v.z)); }
@@ -51,7 +50,7 @@ Ray make_ray(real3 anchor, real3 direction, int3 domain_min, int3 domain_max, re
   real3 d = real3(clamp_component(direction.x), clamp_component(direction.y),
                   clamp_component(direction.z));
   real3 inverse = real3(real(1.0) / d.x, real(1.0) / d.y, real(1.0) / d.z);
-  Ray ray = Ray(anchor, d, inverse, -anchor * inverse, camera, camera);
+  Ray ray = Ray(anchor, d, inverse, camera, camera);
   ray.end = least(face_times(ray, far_faces(ray, domain_min, domain_max)));
   ray.begin = max(camera, greatest(face_times(ray, far_faces(ray, domain_max, domain_min))));
   return ray;
@@ -66,8 +65,7 @@ const real near_face = real(1e-4);
 // The ray from its other end, with t negated. The times of all faces are negated too, to the last bit,
 // since rounding is symmetric.
 Ray reversed(Ray ray) {
-  return Ray(ray.anchor, -ray.direction, -ray.inverse, ray.offset * real(-1.0), -ray.end,
-             -ray.begin);
+  return Ray(ray.anchor, -ray.direction, -ray.inverse, -ray.end, -ray.begin);
 }
 
 real3 position(Ray ray, real t) { return ray.anchor + ray.direction * t; }
@@ -101,17 +99,21 @@ struct Crossing {
   int3 cell;
 };
 
-// Times are compared with the least of themselves, so that at least one face is crossed.
+// The cell behind a cube along one axis, where the ray leaves it at t; `at`: its place then. Times are
+// compared with the least of themselves, so that at least one face is crossed.
+int cell_behind(real face, real t, real at, real inverse, int lo, int side) {
+  int beside = inverse > real(0.0) ? lo + side : lo - 1;
+  return face <= t ? beside : clamp(int(floor(at)), lo, lo + side - 1);
+}
+
+// Axis by axis: all at once take ten registers more.
 Crossing leave(Ray ray, int3 lo, int side) {
-  int3 far = far_faces(ray, lo, lo + side);
-  real3 times = face_times(ray, far);
+  real3 times = face_times(ray, far_faces(ray, lo, lo + side));
   real t = least(times);
-  int3 cell = cell_at(ray, t, lo, lo + side);
-  int3 next = far_faces(ray, far - 1, far);
-  if (times.x <= t) cell.x = next.x;
-  if (times.y <= t) cell.y = next.y;
-  if (times.z <= t) cell.z = next.z;
-  return Crossing(t, cell);
+  int x = cell_behind(times.x, t, ray.anchor.x + ray.direction.x * t, ray.inverse.x, lo.x, side);
+  int y = cell_behind(times.y, t, ray.anchor.y + ray.direction.y * t, ray.inverse.y, lo.y, side);
+  int z = cell_behind(times.z, t, ray.anchor.z + ray.direction.z * t, ray.inverse.z, lo.z, side);
+  return Crossing(t, int3(x, y, z));
 }
 
 // When the ray, which is in a cube of cells at t, next meets a face. By rounding its time may have come
@@ -132,6 +134,6 @@ const real t_epsilon = real(1.2e-7);
 // End of the first `part` of the way from t on to t_exit: ahead of t by more than rounding, or the
 // part would be met again for ever. However it is rounded: t_epsilon is more than half an ulp.
 real part_end(real t, real length, real part, real t_exit) {
-  if (part >= real(1.0)) return t_exit;
-  return min(t_exit, max(t + part * length, t + abs(t) * t_epsilon + t_epsilon));
+  real end = min(t_exit, max(t + part * length, t + abs(t) * t_epsilon + t_epsilon));
+  return part >= real(1.0) ? t_exit : end;
 }

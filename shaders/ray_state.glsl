@@ -37,7 +37,6 @@ struct March {
   real step_error;     // h^2/12 of the segment before t, see correct_step
   int steps;
   int samples;
-  int turns;
   bool done;
   bool stuck;          // it stood still before its end, and was ended
   Track luminance;
@@ -75,7 +74,6 @@ March begin_march(Ray ray) {
   m.half_depth = NEVER;
   m.steps = 0;
   m.samples = 0;
-  m.turns = 0;
   m.stuck = false;
   m.done = !(ray.end > ray.begin);
   m.luminance = Track(ray, no_node());
@@ -148,7 +146,7 @@ real3 sample_luminance(IN(March) m, real t) {
 
 // Reads the corners of a cell of a brick for the turn's look-ups.
 void read_pairs(INOUT(March) m, Node brick, int3 cell) {
-  if (!hardware_filter) m.pairs = fetch_pairs(brick, cell);
+  if (!hardware_filter) m.pairs = fetch_pairs(brick, in_brick(cell));
   m.pairs_at = real3(cell);
   m.luminance.node = brick;
   m.paired_here = true;
@@ -157,22 +155,31 @@ void read_pairs(INOUT(March) m, Node brick, int3 cell) {
 // The luminance beside the density at t. Where nothing is stored nothing attenuates, and it is as in
 // front: a segment that begins or ends there takes the luminance of its other end.
 real3 paired_luminance(IN(March) m, real t) {
-  if (!m.paired_here) return m.front.L;
-  if (hardware_filter) return sample_luminance(m, t);
-  real4 v = trilinear_pairs(m.pairs, position(m.luminance.ray, t) - m.pairs_at);
-  if (luminance_source == SOURCE_VECTOR) return real3(v.y, v.z, v.w);
-  return real3(v.y, v.y, v.y);
+  real3 L = m.front.L;
+  if (m.paired_here) {
+    if (hardware_filter) {
+      L = sample_luminance(m, t);
+    } else {
+      real4 v = trilinear_pairs(m.pairs, position(m.luminance.ray, t) - m.pairs_at);
+      L = luminance_source == SOURCE_VECTOR ? real3(v.y, v.z, v.w) : real3(v.y);
+    }
+  }
+  return L;
 }
 
 // Its slope along the ray.
 real3 paired_slope(IN(March) m, real t) {
-  if (!m.paired_here) return real3(real(0.0));
-  real3 along = m.luminance.ray.direction;
-  real3 u = position(m.luminance.ray, t) - m.pairs_at;
-  real x = dot(trilinear_gradient(luminances_x(m.pairs), u), along);
-  if (luminance_source == SOURCE_SCALAR) return real3(x, x, x);
-  return real3(x, dot(trilinear_gradient(luminances_y(m.pairs), u), along),
-               dot(trilinear_gradient(luminances_z(m.pairs), u), along));
+  real3 slope = real3(real(0.0));
+  if (m.paired_here) {
+    real3 along = m.luminance.ray.direction;
+    real3 u = position(m.luminance.ray, t) - m.pairs_at;
+    slope = real3(dot(trilinear_gradient(luminances_x(m.pairs), u), along));
+    if (luminance_source == SOURCE_VECTOR) {
+      slope.y = dot(trilinear_gradient(luminances_y(m.pairs), u), along);
+      slope.z = dot(trilinear_gradient(luminances_z(m.pairs), u), along);
+    }
+  }
+  return slope;
 }
 
 Classified classify_at(IN(March) m, Sample s) {

@@ -36,16 +36,21 @@ real4 fetch_four(int grid, int i) {
 
 #include "codes.glsl"
 
+// Of a node's cell, given from its brick's first one.
 Corners fetch_corners(int grid, Node node, int3 cell) {
+  Corners c;
   if (node.kind == NODE_CONSTANT) {
-    real v = fetch_constant(grid, node.payload);
-    return plain_corners(real4(v, v, v, v), real4(v, v, v, v));
+    real4 v = real4(fetch_constant(grid, node.payload));
+    c = plain_corners(v, v);
+  } else if (coded && paired && grid == luminance_grid) {
+    c = decode_brick(node, cell).x;
+  } else if (coded && grid == density_grid) {
+    c = decode_brick(node, cell).v;
+  } else {
+    int i = texel_index(node.payload, cell);
+    c = plain_corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
   }
-  if (coded && paired && grid == luminance_grid) return decode_brick(node, cell - first_cell(node)).x;
-  if (coded && grid == density_grid)
-    return decode_brick(node, cell - first_cell(node)).v;
-  int i = texel_index(node.payload, cell - first_cell(node));
-  return plain_corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
+  return c;
 }
 
 // Trilinear interpolation, u in [0,1]^3 inside the cell.
@@ -71,9 +76,10 @@ struct Pairs {
   real2 from;
 };
 
+// Of a brick's cell, given from its first one.
 Pairs fetch_pairs(Node brick, int3 cell) {
   if (coded) {
-    CodedBrick b = decode_brick(brick, cell - first_cell(brick));
+    CodedBrick b = decode_brick(brick, cell);
     return Pairs(real4(b.v.lo.x, b.x.lo.x, b.y.lo.x, b.z.lo.x),
                  real4(b.v.lo.y, b.x.lo.y, b.y.lo.y, b.z.lo.y),
                  real4(b.v.lo.z, b.x.lo.z, b.y.lo.z, b.z.lo.z),
@@ -84,7 +90,7 @@ Pairs fetch_pairs(Node brick, int3 cell) {
                  real4(b.v.hi.w, b.x.hi.w, b.y.hi.w, b.z.hi.w), real2(b.v.scale, b.x.scale),
                  real2(b.v.from, b.x.from));
   }
-  int i = texel_index(brick.payload, cell - first_cell(brick));
+  int i = texel_index(brick.payload, cell);
   int k = i + NEXT_X;
   return Pairs(fetch_pair(i), fetch_pair(i + NEXT_Z), fetch_pair(i + NEXT_Y),
                fetch_pair(i + NEXT_Y + NEXT_Z), fetch_pair(k), fetch_pair(k + NEXT_Z),
@@ -204,11 +210,13 @@ int3 local_cell(real3 local) { return clamp(int3(floor(local)), int3(0), int3(BR
 
 // Value at a position inside a node that is not empty.
 real sample_scalar(int grid, Node node, real3 p) {
-  if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
   real3 local = p - real3(first_cell(node));
-  if (hardware_filter) return filtered_texel(grid, node.payload, local);
   int3 cell = local_cell(local);
-  return trilinear(fetch_corners(grid, node, first_cell(node) + cell), local - real3(cell));
+  real v;
+  if (node.kind == NODE_CONSTANT) v = fetch_constant(grid, node.payload);
+  else if (hardware_filter) v = filtered_texel(grid, node.payload, local);
+  else v = trilinear(fetch_corners(grid, node, cell), local - real3(cell));
+  return v;
 }
 
 // Between a texel and the next one along x.
@@ -216,13 +224,11 @@ real3 along_x(int grid, int i, real u) {
   return mix(fetch_texel3(grid, i), fetch_texel3(grid, i + NEXT_X), u);
 }
 
-real3 sample_vector(int grid, Node node, real3 p) {
-  if (node.kind == NODE_CONSTANT) return fetch_constant3(grid, node.payload);
-  real3 local = p - real3(first_cell(node));
-  if (hardware_filter) return filtered_texel3(grid, node.payload, local);
+// Between the texels of a brick, at a place given from its first one.
+real3 trilinear_texels(int grid, int slot, real3 local) {
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
-  int i = texel_index(node.payload, cell);
+  int i = texel_index(slot, cell);
   real3 x00 = along_x(grid, i, u.x);
   real3 x01 = along_x(grid, i + NEXT_Z, u.x);
   real3 x10 = along_x(grid, i + NEXT_Y, u.x);
@@ -230,25 +236,17 @@ real3 sample_vector(int grid, Node node, real3 p) {
   return mix(mix(x00, x10, u.y), mix(x01, x11, u.y), u.z);
 }
 
-// A grid along p + d s, s in [0, 1], inside one of its cells.
-Cubics cubics_along(int grid, int channels, Node node, real3 p, real3 d) {
-  if (node.kind == NODE_EMPTY) return constant_cubics(real3(real(0.0)));
-  if (channels == 1 && hardware_filter) {
-    Cubic c = make_cubic(sample_scalar(grid, node, p), sample_scalar(grid, node, p + d * real(0.5)),
-                         sample_scalar(grid, node, p + d), real(0.0));
-    return Cubics(c, c, c);
-  }
-  if (hardware_filter)
-    return parabolas(sample_vector(grid, node, p), sample_vector(grid, node, p + d * real(0.5)),
-                     sample_vector(grid, node, p + d));
-  int3 cell = local_cell(p + d * real(0.5) - real3(first_cell(node)));
-  real3 u = p - real3(first_cell(node) + cell);
-  if (channels == 1) {
-    Cubic c = cubic_along(fetch_corners(grid, node, first_cell(node) + cell), u, d);
-    return Cubics(c, c, c);
-  }
-  if (node.kind == NODE_CONSTANT) return constant_cubics(fetch_constant3(grid, node.payload));
-  int i = texel_index(node.payload, cell);
+real3 sample_vector(int grid, Node node, real3 p) {
+  real3 local = p - real3(first_cell(node));
+  real3 v;
+  if (node.kind == NODE_CONSTANT) v = fetch_constant3(grid, node.payload);
+  else if (hardware_filter) v = filtered_texel3(grid, node.payload, local);
+  else v = trilinear_texels(grid, node.payload, local);
+  return v;
+}
+
+// The texels along u + d s inside a cell, the first of whose is texel i.
+Cubics texels_along(int grid, int i, real3 u, real3 d) {
   real3 a = fetch_texel3(grid, i);
   real3 b = fetch_texel3(grid, i + NEXT_Z);
   real3 c = fetch_texel3(grid, i + NEXT_Y);
@@ -260,6 +258,38 @@ Cubics cubics_along(int grid, int channels, Node node, real3 p, real3 d) {
   return Cubics(cubic_along(plain_corners(real4(a.x, b.x, c.x, e.x), real4(f.x, g.x, h.x, k.x)), u, d),
                 cubic_along(plain_corners(real4(a.y, b.y, c.y, e.y), real4(f.y, g.y, h.y, k.y)), u, d),
                 cubic_along(plain_corners(real4(a.z, b.z, c.z, e.z), real4(f.z, g.z, h.z, k.z)), u, d));
+}
+
+// A grid along p + d s, s in [0, 1], inside one of its cells, of a node that is not empty.
+Cubics cubics_inside(int grid, int channels, Node node, real3 p, real3 d) {
+  Cubics v;
+  if (hardware_filter && channels == 1) {
+    v.x = make_cubic(sample_scalar(grid, node, p), sample_scalar(grid, node, p + d * real(0.5)),
+                     sample_scalar(grid, node, p + d), real(0.0));
+    v = Cubics(v.x, v.x, v.x);
+  } else if (hardware_filter) {
+    v = parabolas(sample_vector(grid, node, p), sample_vector(grid, node, p + d * real(0.5)),
+                  sample_vector(grid, node, p + d));
+  } else {
+    int3 cell = local_cell(p + d * real(0.5) - real3(first_cell(node)));
+    real3 u = p - real3(first_cell(node) + cell);
+    if (channels == 1) {
+      v.x = cubic_along(fetch_corners(grid, node, cell), u, d);
+      v = Cubics(v.x, v.x, v.x);
+    } else if (node.kind == NODE_CONSTANT) {
+      v = constant_cubics(fetch_constant3(grid, node.payload));
+    } else {
+      v = texels_along(grid, texel_index(node.payload, cell), u, d);
+    }
+  }
+  return v;
+}
+
+// The same, of any node.
+Cubics cubics_along(int grid, int channels, Node node, real3 p, real3 d) {
+  Cubics v = constant_cubics(real3(real(0.0)));
+  if (node.kind != NODE_EMPTY) v = cubics_inside(grid, channels, node, p, d);
+  return v;
 }
 
 // The luminance beside the density along u + d s inside the pairs' cell.
@@ -291,15 +321,16 @@ Tangent tangent_scalar(int grid, Node node, Ray ray, real t) {
                     - sample_scalar(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step));
   real3 local = p - real3(first_cell(node));
   int3 cell = local_cell(local);
-  Corners corners = fetch_corners(grid, node, first_cell(node) + cell);
+  Corners corners = fetch_corners(grid, node, cell);
   real3 u = local - real3(cell);
   return Tangent(trilinear(corners, u), dot(trilinear_gradient(corners, u), ray.direction));
 }
 
 // The derivative at a point of a node.
 real slope_scalar(int grid, Node node, Ray ray, real t) {
-  if (node.kind != NODE_BRICK) return real(0.0);
-  return tangent_scalar(grid, node, ray, t).slope;
+  real slope = real(0.0);
+  if (node.kind == NODE_BRICK) slope = tangent_scalar(grid, node, ray, t).slope;
+  return slope;
 }
 
 // The derivative of a vector at a point of a node.

@@ -4,8 +4,8 @@
 // The end of a piece before t_end that a face at t cuts, ahead of m.t by more than rounding (see
 // part_end).
 real piece_end(IN(March) m, real t, real t_end) {
-  if (t >= t_end - near_face) return t_end;
-  return min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
+  real end = min(t_end, max(t, m.t + abs(m.t) * t_epsilon + t_epsilon));
+  return t >= t_end - near_face ? t_end : end;
 }
 
 // How far the other grids are cubics too, from m.t on: at most t_end.
@@ -28,7 +28,7 @@ Cubic gradient_along(IN(March) m, Ray ray, real length) {
     return make_cubic(sample_scalar(gradient_grid, node, front),
                       sample_scalar(gradient_grid, node, half_way),
                       sample_scalar(gradient_grid, node, back), real(0.0));
-  Corners corners = fetch_corners(gradient_grid, node, m.cell);
+  Corners corners = fetch_corners(gradient_grid, node, in_brick(m.cell));
   real3 base = real3(m.cell);
   real3 d = ray.direction * length;
   return make_cubic(trilinear(corners, front - base), trilinear(corners, half_way - base),
@@ -43,7 +43,8 @@ Sample sample_cubics(Cubic value, Cubic slope, real s) {
 // What a turn looks at: the ray from m.t to the far face of a cell or of a run.
 struct Stretch {
   bool run;           // of one value, or empty: nothing is sampled
-  int3 next;          // the cell behind the far face
+  int3 next;          // the cell behind the far face,
+  bool leaves;        // which is in another node
   real t_exit;        // at the far face; m.t where the ray's first value is looked up, and nothing crossed
   real t_end;         // end of the piece that the turn crosses, t_exit at most
   real extent;        // length of the stretch, later of the piece
@@ -58,8 +59,7 @@ struct Stretch {
   Cubic attenuation;  // tau / extinction
 };
 
-Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
-  if (!inside(node, m.cell)) node = find_node(density_grid, m.cell);
+Stretch find_stretch(INOUT(March) m, Node node, Ray ray) {
   m.vacuum = node.kind == NODE_EMPTY || beyond_density(m.cell);
   if (in_part) m.own = inside_box(part_min, part_max, m.cell);
   Stretch s;
@@ -67,6 +67,8 @@ Stretch find_stretch(INOUT(March) m, INOUT(Node) node, Ray ray) {
   Crossing far = leave(ray, s.run ? node.lo : m.cell, s.run ? node.side : 1);
   s.next = far.cell;
   if (in_part && s.run) s.next = cell_between_faces(ray, far.t, far.cell);
+  // here, so that the turn need not keep both cells; constants lie at multiples of a brick's cells
+  s.leaves = s.run || !in_one_cube(min(node.side, BRICK_CELLS), m.cell, s.next);
   s.t_exit = max(m.t, min(far.t, ray.end));
   if (!front_is_free && !s.run && !m.known) s.t_exit = m.t;
   s.t_end = s.t_exit;
@@ -99,7 +101,7 @@ void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
   }
   Corners corners;
   if (beside_density) corners = densities(m.pairs);
-  else corners = fetch_corners(density_grid, node, m.cell);
+  else corners = fetch_corners(density_grid, node, in_brick(m.cell));
   real3 base = real3(m.cell);
   if (transfer && split_knots) s.noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
   if (from_corners) {
@@ -124,6 +126,7 @@ void find_front(INOUT(Stretch) s, IN(March) m) {
   s.f_front = s.f_end;
   s.f_half = s.f_end;
   s.next = m.cell;
+  s.leaves = false;
 }
 
 // The attenuation along the stretch. With split_knots it is a cubic up to the value's next knot, where
@@ -147,13 +150,14 @@ void classify_stretch(INOUT(Stretch) s, INOUT(March) m) {
 
 // Cuts the cubics to the piece.
 void cut_piece(INOUT(Stretch) s, INOUT(March) m) {
-  if (s.t_end >= s.t_exit) return;
-  real part = (s.t_end - m.t) / s.extent;
-  s.value = first_part(s.value, part);
-  s.attenuation = first_part(s.attenuation, part);
-  if (other_volumes > 0) m.others = first_part(m.others, part);
-  s.f_end = polynomial(s.value, real(1.0));
-  s.extent = s.t_end - m.t;
+  if (s.t_end < s.t_exit) {
+    real part = (s.t_end - m.t) / s.extent;
+    s.value = first_part(s.value, part);
+    s.attenuation = first_part(s.attenuation, part);
+    if (other_volumes > 0) m.others = first_part(m.others, part);
+    s.f_end = polynomial(s.value, real(1.0));
+    s.extent = s.t_end - m.t;
+  }
 }
 
 // Adds the further volumes along the piece, which ends where one of them leaves a cell.

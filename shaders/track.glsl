@@ -12,9 +12,11 @@ Track track_of(Pixel p, IN(Grid) g) {
 
 // The node of another grid that covers a cell.
 Node seek_cell(int grid, int3 cell, Node node, int3 domain_min, int3 domain_max) {
-  if (inside(node, cell)) return node;
-  if (inside_box(domain_min, domain_max, cell)) return find_node(grid, cell);
-  return empty_node(cell, 1);
+  if (!inside(node, cell)) {
+    node = empty_node(cell, 1);
+    if (inside_box(domain_min, domain_max, cell)) node = find_node(grid, cell);
+  }
+  return node;
 }
 
 // The node of another grid at t.
@@ -29,21 +31,28 @@ int look_ups(Node node) { return count_steps && node.kind == NODE_BRICK ? 1 : 0;
 // Where the ray, from t on, next leaves a cell, a run or the domain of another grid.
 real next_face(int grid, IN(Track) track, real t) {
   t += near_face;
-  if (t < track.ray.begin) return track.ray.begin;
-  if (t >= track.ray.end) return NEVER;
-  // once: the node is that of this cell
-  int3 cell = cell_between_faces(track.ray, t, int3(floor(position(track.ray, t))));
-  Node node = seek_cell(grid, cell, track.node, grid_of(grid).domain_min, grid_of(grid).domain_max);
-  bool brick = node.kind == NODE_BRICK;
-  return next_face_time(track.ray, brick ? cell : node.lo, brick ? 1 : node.side, t);
+  real face = NEVER;
+  if (t < track.ray.begin) {
+    face = track.ray.begin;
+  } else if (t < track.ray.end) {
+    // once: the node is that of this cell
+    int3 cell = cell_between_faces(track.ray, t, int3(floor(position(track.ray, t))));
+    Node node = seek_cell(grid, cell, track.node, grid_of(grid).domain_min, grid_of(grid).domain_max);
+    bool brick = node.kind == NODE_BRICK;
+    face = next_face_time(track.ray, brick ? cell : node.lo, brick ? 1 : node.side, t);
+  }
+  return face;
 }
 
 // The grid at t, in the node that was sought there.
 real3 sample_grid(int grid, int channels, IN(Track) track, real t) {
-  if (track.node.kind == NODE_EMPTY) return real3(real(0.0));
-  if (channels == 3) return sample_vector(grid, track.node, position(track.ray, t));
-  real v = sample_scalar(grid, track.node, position(track.ray, t));
-  return real3(v, v, v);
+  real3 v = real3(real(0.0));
+  if (track.node.kind != NODE_EMPTY) {
+    real3 p = position(track.ray, t);
+    if (channels == 3) v = sample_vector(grid, track.node, p);
+    else v = real3(sample_scalar(grid, track.node, p));
+  }
+  return v;
 }
 
 // The grid from t on, over a length in whose middle its node was sought.

@@ -1,5 +1,18 @@
 // Cells: a turn crosses one stretch of the ray.
-void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
+
+// What a walk in cells keeps of the last node, if it holds the next cell too: from that its first cell
+// follows.
+struct CellWalk {
+  int kind;
+  int payload;
+  int side;  // 0: nothing is kept
+};
+
+CellWalk begin_cells() { return CellWalk(NODE_EMPTY, 0, 0); }
+
+void turn_cells(INOUT(March) m, INOUT(CellWalk) w, Ray ray) {
+  Node node = Node(w.kind, w.payload, m.cell, w.side);  // its first cell counts in runs alone
+  if (w.side == 0) node = find_node(density_grid, m.cell);
   Stretch s = find_stretch(m, node, ray);
   m.paired_here = false;
   if (node.kind == NODE_BRICK) {
@@ -15,7 +28,9 @@ void turn_cells(INOUT(March) m, INOUT(Node) node, Ray ray) {
   if (limits_pieces && (!s.run || other_volumes > 0)) limit_piece(s, m, ray);
   if (cuts_pieces) cut_piece(s, m);
   cross_cell(m, node, s);
-  if (!cuts_pieces || m.t >= s.t_exit) m.cell = s.next;
+  bool crossed = !cuts_pieces || m.t >= s.t_exit;
+  if (crossed) m.cell = s.next;
+  w = CellWalk(node.kind, node.payload, s.run || (crossed && s.leaves) ? 0 : node.side);
   // a brick without the isovalue is empty too, whatever its values, and so is what lies beside a region
   m.known = !((shows == SHOWS_surface || in_part) && m.vacuum);
   if (!m.known) m.front.value = UNKNOWN;

@@ -8,10 +8,11 @@ real component(real3 v, int axis) { return axis == 0 ? v.x : axis == 1 ? v.y : v
 
 // Value of a voxel in a node that covers it.
 real voxel_value(int grid, Node node, int3 voxel) {
-  if (node.kind == NODE_EMPTY) return real(0.0);
-  if (node.kind == NODE_CONSTANT) return fetch_constant(grid, node.payload);
-  if (hardware_filter) return sample_scalar(grid, node, real3(voxel));
-  return fetch_texel(grid, texel_index(node.payload, voxel - first_cell(node)));
+  real v = real(0.0);
+  if (node.kind == NODE_CONSTANT) v = fetch_constant(grid, node.payload);
+  else if (node.kind == NODE_BRICK && hardware_filter) v = sample_scalar(grid, node, real3(voxel));
+  else if (node.kind == NODE_BRICK) v = fetch_texel(grid, texel_index(node.payload, in_brick(voxel)));
+  return v;
 }
 
 // A walk over the template's voxels.
@@ -31,7 +32,6 @@ VoxelWalk begin_voxels(INOUT(March) m, Ray ray) {
   m.luminance.ray.anchor = m.luminance.ray.anchor + shift;
   Ray centred = ray;
   centred.anchor = ray.anchor + shift + real(0.5);
-  centred.offset = -centred.anchor * ray.inverse;
   // Entries are `template_spacing` apart on average, and less than two of it off.
   if (!m.known) m.lattice = max(m.lattice, int((ray.begin - t_0) / template_spacing) - 4);
   return VoxelWalk(no_node(), base, t_0, centred);

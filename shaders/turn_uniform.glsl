@@ -14,10 +14,13 @@ real wider_behind(real d) {
 
 // Step of the lattice in a node that begins behind the ray's optical depth.
 real node_step(Node node, IN(March) m) {
-  if (!brick_steps || node.kind != NODE_BRICK) return step;
-  real part = table_number(brick_steps_first, node.payload);
-  if (shows == SHOWS_light && !from_back) part = min(part * wider_behind(m.optical_depth), real(1.0));
-  return step * part;
+  real h = step;
+  if (brick_steps && node.kind == NODE_BRICK) {
+    real part = table_number(brick_steps_first, node.payload);
+    if (shows == SHOWS_light && !from_back) part = min(part * wider_behind(m.optical_depth), real(1.0));
+    h = step * part;
+  }
+  return h;
 }
 
 // The first point of the lattice of step h behind t, which may lie on one. It is behind t whatever
@@ -42,8 +45,10 @@ void seek_gradient_at(INOUT(March) m, Ray ray, real t) {
 
 // The gradient's magnitude at t.
 real sample_gradient(IN(March) m, Ray ray, real t) {
-  if (!with_gradient || m.gradient.node.kind == NODE_EMPTY) return real(0.0);
-  return sample_scalar(gradient_grid, m.gradient.node, position(ray, t));
+  real v = real(0.0);
+  if (with_gradient && m.gradient.node.kind != NODE_EMPTY)
+    v = sample_scalar(gradient_grid, m.gradient.node, position(ray, t));
+  return v;
 }
 
 // The slopes along the ray at m.t; `slope`: the density's.
@@ -111,9 +116,11 @@ bool begins_in_part(StepWalk w, real t) {
 // A run ends at the region's faces, where another region's part of it begins.
 Crossing cut_at_part(StepWalk w, Ray ray, Crossing far) {
   real face = w.node_end < w.part_begin ? w.part_begin : w.part_end;
-  if (face <= w.node_end || face >= far.t) return far;
-  int3 cell = cell_at(ray, face, w.node.lo, w.node.lo + w.node.side);
-  return Crossing(face, cell_between_faces(ray, face, cell));
+  if (face > w.node_end && face < far.t) {
+    int3 cell = cell_at(ray, face, w.node.lo, w.node.lo + w.node.side);
+    far = Crossing(face, cell_between_faces(ray, face, cell));
+  }
+  return far;
 }
 
 // The walk goes on to the node of m.cell.
@@ -216,21 +223,20 @@ Samples sample_step(INOUT(March) m, StepWalk w, Step s, Ray ray) {
 
 // Goes to the end of an empty node, or of a run that is crossed: the next lattice may be finer, and
 // begins at its own face.
-void leave_run(INOUT(March) m, INOUT(StepWalk) w, Step s, Ray ray) {
-  if (!closed_form(w.node) || (constant_run(w.node) && s.t_back < w.node_end)) return;
+void leave_run(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   // A rule that integrates between values needs the one at the face, which the next node has.
   if (transfer_rule && w.node.kind == NODE_EMPTY && w.node_end < ray.end) {
     m.t = max(m.t, w.node_end);
     m.front.value = UNKNOWN;
     m.known = false;
     w.onward = true;
-    return;
-  }
-  bool to_the_end = w.node_end >= ray.end || brick_steps;
-  real t_last = to_the_end ? w.node_end : step * floor(w.node_end / step);
-  if (t_last > m.t) {
-    m.t = t_last;
-    m.known = !tracks_luminance;
+  } else {
+    bool to_the_end = w.node_end >= ray.end || brick_steps;
+    real t_last = to_the_end ? w.node_end : step * floor(w.node_end / step);
+    if (t_last > m.t) {
+      m.t = t_last;
+      m.known = !tracks_luminance;
+    }
   }
 }
 
@@ -241,18 +247,20 @@ void turn_uniform(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
   Step s = find_step(m, w, ray);
   m.own = begins_in_part(w, m.t);
   m.paired_here = false;
-  if (look_up_at(m.t, s.t_back) > w.node_end) return;  // the next turn looks up the next node
-  Samples found = sample_step(m, w, s, ray);
-  cross_step(m, found.middle, found.back, s.t_back, s.run);
-  if (end_corrections) find_slopes(m, resumed ? slope : found.slope);
-  m.known = true;
-  w.finest = w.h;
-  leave_run(m, w, s, ray);
+  if (look_up_at(m.t, s.t_back) <= w.node_end) {  // else the next turn looks up the next node
+    Samples found = sample_step(m, w, s, ray);
+    cross_step(m, found.middle, found.back, s.t_back, s.run);
+    if (end_corrections) find_slopes(m, resumed ? slope : found.slope);
+    m.known = true;
+    w.finest = w.h;
+    bool crossed = !constant_run(w.node) || s.t_back >= w.node_end;
+    if (closed_form(w.node) && crossed) leave_run(m, w, ray);
+  }
 }
 
 // The end of the last step; a ray that ended early has nothing left to correct.
 void end_steps(INOUT(March) m, StepWalk w, Ray ray) {
-  if (!end_corrections || m.t < ray.end || m.turns == 0 || !begins_in_part(w, m.t)) return;
+  if (!end_corrections || m.t < ray.end || !begins_in_part(w, m.t)) return;
   real length = sqrt(real(12.0) * m.step_error);
   correct_step(m, m.step_error, extinction * m.front.attenuation * length);
 }

@@ -63,7 +63,8 @@ class Decoder {
 
   /// The cell's corners, z fastest; and the step of its brick.
   std::array<double, 8> corners(const glm::ivec3& cell, double& step) {
-    const auto c = march_.fetch_corners(density_grid, march_.find_stored(density_grid, cell), cell);
+    const auto node = march_.find_stored(density_grid, cell);
+    const auto c = march_.fetch_corners(density_grid, node, march_.in_brick(cell));
     step = c.scale;
     std::array<double, 8> values{};
     for (int i = 0; i < 4; ++i) {

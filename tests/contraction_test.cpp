@@ -70,14 +70,11 @@ class Contraction : public testing::Test {
   /// Both have ended every ray at the same place, to the last bit.
   static void expect_same_ends(const FloatMarcher& a, const FloatMarcher& b) {
     ASSERT_EQ(a.rays.size(), b.rays.size());
-    std::size_t stuck = 0, elsewhere = 0, turns = 0, other_turns = 0;
+    std::size_t stuck = 0, elsewhere = 0;
     for (std::size_t i = 0; i < a.rays.size(); ++i) {
       stuck += a.rays[i].stuck || b.rays[i].stuck;
       elsewhere += a.rays[i].reached != b.rays[i].reached;
-      turns += std::size_t(a.rays[i].turns);
-      other_turns += std::size_t(b.rays[i].turns);
     }
-    std::printf("  %zu rays, %zu and %zu turns\n", a.rays.size(), turns, other_turns);
     EXPECT_EQ(stuck, 0u);
     EXPECT_EQ(elsewhere, 0u);
   }

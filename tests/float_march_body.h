@@ -79,7 +79,6 @@ PSIVOX_IN_ONE_FUNCTION void march_ray(AtlasMarch& march, const AtlasMarch::Pixel
   out.picture = march.drawn(m, ray, pixel);
   out.end = ray.end;
   out.reached = m.t;
-  out.turns = m.turns;
   out.stuck = m.stuck;
 }
 

@@ -42,8 +42,8 @@ Turns turning_points(Cubic c) {
   real v = abs(c.q_1) < abs(q) ? c.q_1 / q : real(1.0);
   u = u > real(0.0) ? u : real(1.0);
   v = v > real(0.0) ? v : real(1.0);
-  if (discriminant <= real(0.0)) return Turns(real(1.0), real(1.0));
-  return Turns(min(u, v), max(u, v));
+  bool turns = discriminant > real(0.0);
+  return Turns(turns ? min(u, v) : real(1.0), turns ? max(u, v) : real(1.0));
 }
 
 // Where c - target changes its sign between lo and hi, over which c is monotone. Bisects to 2^-20 if
@@ -77,9 +77,8 @@ real first_crossing(Cubic c, real target, real f_end) {
 // The first turn that c reaches by a change of more than `noise`; 1: there is none.
 real first_turn(Cubic c, real noise) {
   Turns turn = turning_points(c);
-  if (abs(polynomial(c, turn.first) - c.f_0) > noise) return turn.first;
-  if (abs(polynomial(c, turn.second) - c.f_0) > noise) return turn.second;
-  return real(1.0);
+  real second = abs(polynomial(c, turn.second) - c.f_0) > noise ? turn.second : real(1.0);
+  return abs(polynomial(c, turn.first) - c.f_0) > noise ? turn.first : second;
 }
 
 // The first part of [0, 1] over which c stays between low and high, where it begins.

@@ -85,7 +85,6 @@ Homogeneous homogeneous(real t, real a) {
   real series = t * (real(0.5) - t * (real(1.0) / real(6.0) - t * (real(1.0) / real(24.0)
               - t * (real(1.0) / real(120.0) - t * (real(1.0) / real(720.0)
               - t * (real(1.0) / real(5040.0) - t * real(1.0 / 40320.0)))))));
-  if (t < crossover) return Homogeneous(real(1.0) - series, series);
   real h = a / t;
-  return Homogeneous(h, real(1.0) - h);
+  return Homogeneous(t < crossover ? real(1.0) - series : h, t < crossover ? series : real(1.0) - h);
 }

@@ -189,12 +189,17 @@ LinearPsi thin_psi(real x_f, real x_b, real zeta) {
 // (scaled erfc where attenuation grows, Dawson's integral where it falls: Williams, Max and Stein
 // 1998). Neither difference loses more than a factor 10 where an end is 1 or more.
 LinearPsi linear_psi(real x_f, real x_b, real zeta) {
-  if (max(x_f, x_b) < real(1.0)) return thin_psi(x_f, x_b, zeta);
-  real w = sqrt(real(2.0) * abs(x_b - x_f));
-  bool grows = x_b >= x_f;
-  Tail front = grows ? growing_tail(x_f, w) : falling_tail(x_f, w);
-  Tail back = grows ? growing_tail(x_b, w) : falling_tail(x_b, w);
-  real psi = front.v - zeta * back.v;
-  real m = front.u - zeta * (back.u + back.v);
-  return LinearPsi(psi, m, psi - m, psi - zeta);
+  LinearPsi p;
+  if (max(x_f, x_b) < real(1.0)) {
+    p = thin_psi(x_f, x_b, zeta);
+  } else {
+    real w = sqrt(real(2.0) * abs(x_b - x_f));
+    bool grows = x_b >= x_f;
+    Tail front = grows ? growing_tail(x_f, w) : falling_tail(x_f, w);
+    Tail back = grows ? growing_tail(x_b, w) : falling_tail(x_b, w);
+    real psi = front.v - zeta * back.v;
+    real m = front.u - zeta * (back.u + back.v);
+    p = LinearPsi(psi, m, psi - m, psi - zeta);
+  }
+  return p;
 }

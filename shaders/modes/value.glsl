@@ -4,10 +4,11 @@
 // Looks at a value. LMIP ends where values fall behind a maximum that reaches the threshold. What
 // rounding makes of a plateau, or of a value seen from both sides of a face, is no fall (least_value).
 void see_value(INOUT(March) m, real value, real t) {
-  if (m.done || !m.own) return;
+  bool seen = !m.done && m.own;
   bool fallen = value < m.radiance.x - least_value;
-  if (mode == MODE_lmip && fallen && m.radiance.x >= lmip_threshold) m.done = true;
-  else if (value > m.radiance.x) {
+  if (mode == MODE_lmip && seen && fallen && m.radiance.x >= lmip_threshold) {
+    m.done = true;
+  } else if (seen && value > m.radiance.x) {
     m.radiance.x = value;
     m.half_depth = t;
   }

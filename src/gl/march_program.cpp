@@ -131,7 +131,8 @@ int turns_per_pass(const MarchSetup& setup) {
   constexpr int bisections = 2 * 20;
   const int terms = emission_levels > 0 ? 10 * pieces : 0;
   const int roots = c.split_knots || c.shows == int(Shows::surface) ? bisections : 0;
-  return driver_limit / (1 + pieces + levels + searches + roots + terms) - 1;
+  // the march ends passes after whole rounds of 16
+  return driver_limit / (1 + pieces + levels + searches + roots + terms) - 16;
 }
 
 std::string ProgramKey::prelude() const {

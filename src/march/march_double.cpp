@@ -79,23 +79,23 @@ class CurveMarch {
 
   RayCurve curve() {
     RayCurve curve{point(ray_.state)};
-    AtlasMarch::Node node = march_.no_node();
+    AtlasMarch::CellWalk walk = march_.begin_cells();
     AtlasMarch::March& m = ray_.state;
     for (int still = 0; !m.done && still < march_.turns_of_product;) {
       const AtlasMarch::March before = m;
-      const AtlasMarch::Node before_node = node;
-      turn(m, node, ray_.ray);
+      const AtlasMarch::CellWalk walk_before = walk;
+      turn(m, walk, ray_.ray);
       still = m.t > before.t ? 0 : still + 1;
       if (still) continue;
-      add_inside(before, before_node, point(m), curve);
+      add_inside(before, walk_before, point(m), curve);
       curve.push_back(point(m));
     }
     return curve;
   }
 
  private:
-  void turn(AtlasMarch::March& m, AtlasMarch::Node& node, const AtlasMarch::Ray& ray) {
-    march_.turn_cells(m, node, ray);
+  void turn(AtlasMarch::March& m, AtlasMarch::CellWalk& walk, const AtlasMarch::Ray& ray) {
+    march_.turn_cells(m, walk, ray);
     if (m.t >= ray.end) m.done = true;
     if (!march_.depth_only) m.transmittance = march_.decay(m.optical_depth).e;
   }
@@ -109,7 +109,7 @@ class CurveMarch {
   /// Points inside the piece that a turn has crossed, as many as its change asks for: the part of a
   /// cubic's integral that is not linear is at most a quarter of it, and n parts have 1/n^2 of
   /// that.
-  void add_inside(const AtlasMarch::March& before, const AtlasMarch::Node& before_node,
+  void add_inside(const AtlasMarch::March& before, const AtlasMarch::CellWalk& walk_before,
                   const CurvePoint& back, RayCurve& curve) {
     const CurvePoint front = curve.back();
     const glm::dvec3 light = glm::abs(back.radiance - front.radiance);
@@ -119,9 +119,9 @@ class CurveMarch {
     AtlasMarch::Ray part = ray_.ray;
     for (int i = 1; i < parts; ++i) {
       AtlasMarch::March m = before;
-      AtlasMarch::Node node = before_node;
+      AtlasMarch::CellWalk walk = walk_before;
       part.end = before.t + (ray_.state.t - before.t) * i / parts;
-      turn(m, node, part);
+      turn(m, walk, part);
       curve.push_back(point(m));
     }
   }
