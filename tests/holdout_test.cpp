@@ -32,15 +32,18 @@ const Plane cut{{0.3, -0.2, 0.9}, glm::dvec3(0.1, 0.2, 0.05)};
 
 class HoldoutTest : public GpuTest {
  protected:
-  /// Writes depths, by pixels, into a layer of an EXR of the scene's size and returns its name.
+  /// Writes depths, by pixels, into a layer of an EXR of the scene's size, and into `another` if it
+  /// is named. Returns the file's name.
   std::string written(const Scene& scene, const std::string& channel,
-                      const std::function<double(int x, int y)>& depth) const {
+                      const std::function<double(int x, int y)>& depth,
+                      const std::string& another = "") const {
     const glm::ivec2 size = scene.resolution;
     Image image = rgba_image(size.x, size.y);
     Layer layer{channel, {channel}, {}};
     for (int y = 0; y < size.y; ++y)
       for (int x = 0; x < size.x; ++x) layer.values.push_back(float(depth(x, y)));
-    image.layers.push_back(std::move(layer));
+    image.layers.push_back(layer);
+    if (!another.empty()) image.layers.push_back({another, {another}, layer.values});
     const fs::path path = folder_ / (channel + ".exr");
     write_image(image, path);
     return path.string();
@@ -166,11 +169,16 @@ TEST_F(HoldoutTest, ItsLayerIsFoundByTheNamesOfRenderers) {
     EXPECT_GT(compare_images(whole, drawn(scene)).max, 0.1) << name;
   }
   scene.holdout = written(scene, "object", [](int, int) { return 1e-3; });
-  EXPECT_TRUE(has(refusal(scene), "no channel is called Z or depth"));
+  EXPECT_TRUE(has(refusal(scene), "no channel, or more than one, is called Z or depth"));
   scene.holdout += ":object";
   EXPECT_GT(compare_images(whole, drawn(scene)).max, 0.1);
   scene.holdout += "s";
   EXPECT_TRUE(has(refusal(scene), "no layer 'objects'"));
+  const auto near = [](int, int) { return 1e-3; };
+  scene.holdout = written(scene, "ViewLayer.Depth.Z", near, "Other.Depth.Z");
+  EXPECT_TRUE(has(refusal(scene), "no channel, or more than one, is called Z or depth"));
+  scene.holdout = written(scene, "Other.Depth.Z", near, "Z");
+  EXPECT_GT(compare_images(whole, drawn(scene)).max, 0.1);
 }
 
 TEST_F(HoldoutTest, AnotherSizeIsAnErrorThatNamesBoth) {

@@ -73,9 +73,13 @@ const ImageChannel* depth_of(const std::vector<ImageChannel>& channels, const st
       return channel.name == wanted || channel.name == wanted + ".Z" ||
              channel.name == wanted + ".V" || channel.name == wanted + ".R";
     });
-  for (const char* name : depth_names)
-    if (const auto* found = first([&](const auto& c) { return c.short_name() == name; }))
-      return found;
+  for (const char* name : depth_names) {
+    const auto has_it = [&](const auto& c) { return c.short_name() == name; };
+    const auto count = std::ranges::count_if(channels, has_it);
+    // the picture's own goes before those of layers
+    if (count > 1) return first([&](const auto& c) { return lower_case(c.name) == name; });
+    if (count == 1) return first(has_it);
+  }
   // a file of depths alone: Blender's file output calls them V
   return channels.size() == 1 ? &channels.front() : nullptr;
 }
@@ -96,7 +100,7 @@ Holdout read_holdout(const Scene& scene) {
   if (!depth) {
     std::string names;
     for (const ImageChannel& channel : channels) names += " " + channel.name;
-    fail((from.layer.empty() ? "no channel is called Z or depth"
+    fail((from.layer.empty() ? "no channel, or more than one, is called Z or depth"
                              : "it has no layer " + in_quotes(from.layer)) +
          "; name one as FILE.exr:LAYER of" + names);
   }

@@ -19,7 +19,8 @@ Environment read_environment(const Scene& scene);
 class NamedHoldout {
  public:
   /// Reads the named layer, else the one that is called Z or depth, or the only one. Throws
-  /// Error(input) if there is none, or if the file has another size than the picture.
+  /// Error(input) if there is none or more than one, or if the file has another size than the
+  /// picture.
   std::shared_ptr<const Holdout> of(const Scene& scene);
 
  private:
