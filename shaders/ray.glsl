@@ -106,7 +106,7 @@ int cell_behind(real face, real t, real at, real inverse, int lo, int side) {
   return face <= t ? beside : clamp(int(floor(at)), lo, lo + side - 1);
 }
 
-// Axis by axis: all at once take ten registers more.
+// Axis by axis: all at once take up to 8 registers more.
 Crossing leave(Ray ray, int3 lo, int side) {
   real3 times = face_times(ray, far_faces(ray, lo, lo + side));
   real t = least(times);
