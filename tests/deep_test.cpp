@@ -42,10 +42,19 @@ double most(const glm::dvec4& v) {
   return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z), std::abs(v.w)});
 }
 
+/// No sample takes light away, and none is empty.
+void expect_light(std::span<const DeepSample> samples) {
+  for (const DeepSample& s : samples) {
+    ASSERT_GE(std::min({s.r, s.g, s.b, s.a}), 0);
+    ASSERT_GT(std::max({s.r, s.g, s.b, s.a}), 0);
+  }
+}
+
 /// Samples of a curve from 0 to 1, and the greatest error at its points.
 Samples fitted(const RayCurve& curve, double tolerance, double& error) {
   Samples samples;
   fit_samples(curve, tolerance, samples);
+  expect_light(samples);
   error = 0;
   for (const CurvePoint& point : curve)
     error = std::max(error, most(in_front(samples, point.z) -
@@ -157,8 +166,27 @@ TEST(DeepFit, AGlowWithoutOpacityGrowsLinearly) {
   RayCurve curve;
   for (int i = 0; i <= 100; ++i) curve.push_back({i / 100.0, 0, glm::dvec3(i / 50.0, 0, 0)});
   double error = 0;
-  EXPECT_EQ(fitted(curve, 1e-3, error).size(), 1u);
+  const Samples samples = fitted(curve, 1e-3, error);
+  ASSERT_EQ(samples.size(), 1u);
+  EXPECT_EQ(samples.front().a, 0);
   EXPECT_LE(error, 1e-3);
+}
+
+/// Light of one colour that ends where another's begins: the first channel's fit is above its curve.
+TEST(DeepFit, AChannelThatHasEndedTakesNothingBack) {
+  for (const double E : {1e-2, 1e-3, 1e-4}) {
+    RayCurve curve{{}};
+    for (int i = 1; i <= 1000; ++i) {
+      const double z = i / 1000.0, depth = 4 * z * z * (3 - 2 * z);
+      const double light = std::exp(-curve.back().depth) * -std::expm1(curve.back().depth - depth);
+      glm::dvec3 radiance = curve.back().radiance;
+      radiance[std::min(i / 300, 2)] += light;
+      curve.push_back({z, depth, radiance});
+    }
+    double error = 0;
+    fitted(curve, E, error);
+    EXPECT_LE(error, E + rounding);
+  }
 }
 
 class DeepPicture : public ::testing::Test {
@@ -224,6 +252,7 @@ void expect_reference(Scene scene, double tolerance) {
     for (int x = 0; x < size.x; ++x) {
       const std::span<const DeepSample> samples(deep.samples.data() + at, deep.counts[pixel]);
       at += deep.counts[pixel++];
+      expect_light(samples);
       if ((x + 3 * y) % 7 || samples.empty()) continue;
       const WorldRay ray = camera_ray(view.camera, size, x + 0.5, y + 0.5);
       const double along = glm::dot(ray.direction, view.camera.forward);

@@ -49,10 +49,12 @@ class Fit {
       Reach best = reach_from(at);
       if (later > at)
         if (const Reach other = reach_from(later); other.last > best.last) best = other;
-      const DeepSample& sample = samples.emplace_back(sample_of(best));
+      at = best.last;
+      const DeepSample sample = sample_of(best);
+      if (sample.r == 0 && sample.g == 0 && sample.b == 0 && sample.a == 0) continue;
+      samples.push_back(sample);
       radiance_ += std::exp(-depth_) * glm::dvec3(sample.r, sample.g, sample.b);
       depth_ -= std::log1p(-double(sample.a));
-      at = best.last;
     }
   }
 
@@ -83,7 +85,8 @@ class Fit {
     return window;
   }
 
-  /// The sample's radiance, if that of every point is within the tolerance.
+  /// The sample's radiance, if that of every point is within the tolerance. A curve never falls:
+  /// where the samples in front are above it, none need take light away.
   std::optional<glm::dvec3> radiance_of(std::size_t first, std::size_t last, double depth) const {
     const double T = std::exp(-depth_), length = curve_[last].z - curve_[first].z;
     Window windows[3];
@@ -98,8 +101,7 @@ class Fit {
       }
     }
     glm::dvec3 radiance;
-    for (int c = 0; c < 3; ++c)
-      radiance[c] = windows[c].high >= 0 ? std::max(windows[c].middle(), 0.0) : windows[c].middle();
+    for (int c = 0; c < 3; ++c) radiance[c] = std::max(windows[c].middle(), 0.0);
     return radiance;
   }
 
@@ -108,6 +110,7 @@ class Fit {
     if (window.empty()) return {};
     const double length = curve_[last].z - curve_[first].z;
     window.high = std::min(window.high, std::max(window.low, most_depth / length));
+    if (curve_[last].depth == curve_[first].depth) window.high = window.low;  // glow alone
     const double own = std::clamp((curve_[last].depth - depth_) / length, window.low, window.high);
     for (const double slope : {window.middle(), own}) {
       const double depth = length * slope;
@@ -122,7 +125,7 @@ class Fit {
     const CurvePoint& next = curve_[first + 1];
     const double T = std::exp(-depth_);
     Reach best{first, first + 1, std::clamp(next.depth - depth_, 0.0, most_depth),
-               (next.radiance - radiance_) / T};
+               glm::max(next.radiance - radiance_, glm::dvec3(0)) / T};
     if (const auto near = sample_to(first, first + 1)) best = *near;
     std::size_t step = 1, end = curve_.size() - 1;
     while (best.last < end) {  // twice as far each time, then between

@@ -148,7 +148,7 @@ void place_method(const View& view, const MediumAtlas& atlas, const RenderOption
   if (atlas.part) place_part(*atlas.part, atlas.density.domain, setup);
   const IntegratorInfo& rule = info(scene.resolved_integrator());
   c.integrator = rule.id;
-  c.middle_rule = rule.samples_middle;
+  c.middle_rule = rule.samples_middle && !scene.shows(Shows::value);  // a maximum reads ends
   c.exact_depth = rule.exact_depth;
   c.cell_rule = rule.kind == IntegratorKind::cell;
   c.transfer_rule = rule.kind == IntegratorKind::transfer;
