@@ -4,7 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "blobs_scene.h"
 #include "march_cases.h"
+#include "psivox/draw.h"
+#include "psivox/parameters.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -178,6 +181,25 @@ TEST_F(MarchTransfer, PlateausOfRoundingAreCrossedAtOnce) {
   EXPECT_LE(difference("plateau", gpu.image, truth.image).rms, 1e-6);
   // double has as many cells, and more turns because it resolves more values
   EXPECT_LE(gpu.stats.samples, truth.stats.samples);
+}
+
+/// A study draws all its rules by one session; `preintegrated` needs bricks that others leave out.
+TEST(Session, DrawsEachRuleOverTheBricksThatItNeeds) {
+  Scene scene = blobs_scene();
+  set_parameter(scene, "colormap", "inferno");
+  set_parameter(scene, "opacity", "0:0,0.2:0,0.4:0.1,1:1");
+  scene.sampling = Sampling::uniform;
+  scene.step = 4;
+  const std::shared_ptr<Marcher> marcher = open_double();
+  Session session(scene);
+  for (const Integrator rule :
+       {Integrator::psi_balanced, Integrator::preintegrated, Integrator::psi_balanced}) {
+    scene.integrator = rule;
+    Wish wish;
+    wish.scene = scene;
+    const Image drawn = session.draw(*marcher, wish).image;
+    EXPECT_EQ(compare_images(drawn, Session(scene).draw(*marcher).image).max, 0);
+  }
 }
 
 }  // namespace

@@ -34,6 +34,8 @@ struct Session::Impl {
   void hold(const Box& bricks);
   void light(PartMarcher& parts, const View& wanted, LightNeed need, const StageProgress& progress,
              PreparationTimes& times);
+  /// Lets atlases go that lack bricks which a scene's method needs, or have more than it needs.
+  void take_method(const Scene& scene);
   /// Lights and uploads for a view, which gets the light.
   void prepare(PartMarcher& parts, View& wanted, const Wish& wish, PreparationTimes& times);
   MarchPlan plan(PartMarcher& parts, const View& marched, const Wish& wish,
@@ -139,8 +141,17 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
   times.light_cpu_ms += watch.cpu_ms();
 }
 
+void Session::Impl::take_method(const Scene& scene) {
+  if (needs_every_value(scene) == needs_every_value(view.scene)) return;
+  view.scene.integrator = scene.integrator;
+  view.scene.sampling = scene.sampling;
+  view.scene.step = scene.step;
+  atlas.clear();
+}
+
 void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
                             PreparationTimes& times) {
+  take_method(wanted.scene);
   wanted.medium = unlit;  // keeps no light that is to be replaced
   light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
   wanted.medium = view.medium;

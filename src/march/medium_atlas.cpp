@@ -126,6 +126,11 @@ AtlasSize MediumAtlas::size() const {
   return sum;
 }
 
+bool needs_every_value(const Scene& scene) {
+  return is_transfer_rule(scene.resolved_integrator()) &&
+         scene.resolved_sampling() != Sampling::cells;
+}
+
 AtlasOptions density_options(const View& view) {
   AtlasOptions options;
   const Medium& medium = view.medium;
@@ -139,10 +144,7 @@ AtlasOptions density_options(const View& view) {
     options.with_margin = true;  // normals are central differences
   } else if (medium.transfer && !view.scene.shows(Shows::value) &&
              !view.scene.shows(Shows::plane)) {
-    // A uniform step reaches from brick to brick, so that a rule which applies the function between
-    // its ends needs every value.
-    const bool every_value = is_transfer_rule(view.scene.resolved_integrator()) &&
-                             view.scene.resolved_sampling() != Sampling::cells;
+    const bool every_value = needs_every_value(view.scene);
     options.companion = medium.gradient;
     const std::optional<double> begins =
         medium.gradient ? std::nullopt : threshold(*medium.transfer);

@@ -48,6 +48,10 @@ struct MediumAtlas {
   AtlasSize size() const;
 };
 
+/// Whether a scene's rule applies the transfer function between the ends of uniform steps, which
+/// reach from brick to brick: its atlas holds bricks that the function hides, too.
+bool needs_every_value(const Scene& scene);
+
 /// Options of the density's atlas: which values can be seen under the view's mode and transfer
 /// function, and where an emission grid needs walking though the density is empty there.
 AtlasOptions density_options(const View& view);
