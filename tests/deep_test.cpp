@@ -172,7 +172,8 @@ TEST(DeepFit, AGlowWithoutOpacityGrowsLinearly) {
   EXPECT_LE(error, 1e-3);
 }
 
-/// Light of one colour that ends where another's begins: the first channel's fit is above its curve.
+/// Light of one colour that ends where another's begins: the first channel's fit is above its
+/// curve.
 TEST(DeepFit, AChannelThatHasEndedTakesNothingBack) {
   for (const double E : {1e-2, 1e-3, 1e-4}) {
     RayCurve curve{{}};

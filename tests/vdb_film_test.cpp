@@ -121,7 +121,7 @@ TEST(FurtherVolumes, ThatLieOnTheirSideAreNamed) {
   for (const char* turn : {"", " rotate=-90,0,0"}) {
     scene.volumes = {second + turn};
     const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
-    const std::vector<std::string> notices = notices_of(opened.view.medium);
+    const std::vector<std::string> notices = notices_of(opened.view);
     EXPECT_EQ(std::ranges::any_of(notices, [](auto& n) { return n.find("Z is up") != n.npos; }),
               *turn == 0);
   }

@@ -58,7 +58,7 @@ void print_notices(std::span<const std::string> notices) {
 void print_choices(const OpenedScene& opened, bool to_copy) {
   const View& view = opened.view;
   const Scene& scene = opened.looked.scene;
-  print_notices(notices_of(view.medium));
+  print_notices(notices_of(view));
   if (scene.up_axis == UpAxis::automatic && !scene.camera_up && !view.subject->z_up.empty())
     print_notice("Z is up (" + view.subject->z_up + "); --up-axis y changes that");
   const auto print_choice = [&](const char* name, double value) {

@@ -99,7 +99,8 @@ OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOption
 /// The same for fields at hand, with no look to choose.
 OpenedScene open_scene(const Scene& scene, MediumFields fields);
 
-/// What reading changed in a medium's grids, each line once.
-std::vector<std::string> notices_of(const Medium& medium);
+/// What reading changed in a view's grids, and whether a shell encloses values below 0; each line
+/// once.
+std::vector<std::string> notices_of(const View& view);
 
 }  // namespace psivox

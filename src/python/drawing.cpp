@@ -127,7 +127,7 @@ void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress
   own_ = in_look(given, in_time, looked_);
   if (!is_same(own_, looked_)) opened = open_scene(own_, std::move(opened.looked.fields));
   notices_ = color_notices_;
-  for (const std::string& notice : notices_of(opened.view.medium)) add_once(notices_, notice);
+  for (const std::string& notice : notices_of(opened.view)) add_once(notices_, notice);
   session_.emplace(std::move(opened.view));
 }
 

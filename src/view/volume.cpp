@@ -112,8 +112,7 @@ std::string key_of(const Scene& scene, int generation, const std::string& stamp)
     if (belongs_to_medium(p)) key += "\n" + parameter_text(scene, p);
   key += stamp;
   // A rule that applies the function to values across bricks needs more of them.
-  if (needs_every_value(scene))
-    key += "\nevery value";
+  if (needs_every_value(scene)) key += "\nevery value";
   return key;
 }
 
@@ -170,7 +169,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
                     ? key_of(shown, generation, stamp)
                     : volume_key(shown, generation);  // its look brings its own
   volume->fields_key = files + fields_key(volume->scene);
-  volume->notices = notices_of(opened.view.medium);
+  volume->notices = notices_of(opened.view);
   volume->resolved = opened.view.scene;
   volume->subject = opened.view.subject;
   volume->extinction = opened.view.medium.extinction;

@@ -296,6 +296,17 @@ def test_other_errors(blobs, refused, tmp_path):
     refused(3, psivox.render, blobs, scene=tmp_path / "none.json")
 
 
+def test_a_shell_around_values_below_zero_is_told():
+    hounsfield = np.full((8, 8, 8), -1000, "f4")
+    hounsfield[3:5, 3:5, 3:5] = 40
+    surface = {"resolution": SMALL, "mode": "isosurface", "isovalue": -300}
+    with pytest.warns(UserWarning, match="clip 0,0,0,7,7,7 leaves the shell out"):
+        shell = psivox.render(hounsfield, **surface)
+    cut = psivox.render(hounsfield, **surface, clip=(0, 0, 0, 7, 7, 7))
+    assert not any("shell" in notice for notice in cut.notices)
+    assert np.asarray(cut)[..., 3].sum() < np.asarray(shell)[..., 3].sum()
+
+
 def test_notices_are_warnings():
     values = np.full((8, 8, 8), 0.5, "f4")
     values[2, 2, 2] = np.nan
