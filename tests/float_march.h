@@ -14,7 +14,7 @@ struct FloatRay {
   std::array<std::byte, 80> ray{};  ///< the shaders' Ray
   glm::vec4 picture{0};
   float end = 0, reached = 0;  ///< of the ray inside the domain; where the march ended
-  bool stuck = false;  ///< it stood still
+  bool stuck = false;          ///< it stood still
 };
 
 /// The rays of the pixels and their march, from the GPU's source.
