@@ -4,8 +4,8 @@
 // value of a ray, constant runs, empty ones) takes the same path with other numbers: llvmpipe executes
 // both sides of every branch, so a rare branch costs as much as a frequent one.
 //
-// A function that a turn calls has one exit, but for returns that constants decide: a GPU's compiler keeps
-// all that it makes in registers of their own where a return in its middle is merged (docs/gpu.md).
+// A function that a turn calls has one exit, but for returns that constants decide. If it returns in its
+// middle, a GPU's compiler takes registers of their own for all that it makes (docs/gpu.md).
 #include "pixel.glsl"
 #include "ray_state.glsl"
 #include "composite.glsl"

@@ -1,7 +1,7 @@
 // Cells: a turn crosses one stretch of the ray.
 
-// What a walk in cells keeps of the last node, if it holds the next cell too: from that its first cell
-// follows.
+// What a walk in cells keeps of its last node, if that holds the next cell: not the node's first cell, which
+// follows from the ray's.
 struct CellWalk {
   int kind;
   int payload;

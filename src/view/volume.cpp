@@ -8,7 +8,6 @@
 #include "base/text.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
-#include "march/medium_atlas.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
@@ -111,8 +110,6 @@ std::string key_of(const Scene& scene, int generation, const std::string& stamp)
   for (const Parameter& p : parameters())
     if (belongs_to_medium(p)) key += "\n" + parameter_text(scene, p);
   key += stamp;
-  // A rule that applies the function to values across bricks needs more of them.
-  if (needs_every_value(scene)) key += "\nevery value";
   return key;
 }
 
