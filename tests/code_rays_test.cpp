@@ -67,7 +67,7 @@ TEST(Codes, RaysNeedNoStoredCodes) {
 }
 
 TEST(Codes, TexelsGoAsTheyAreStored) {
-  const Box box{{0, 0, 0}, {95, 95, 95}};
+  const Box box{{0, 0, 0}, {111, 111, 111}};  // of 38 MiB
   MediumAtlas atlas;
   atlas.density = build_atlas(make_field(box, noise), {.own_texels = true});
   const Field colours =

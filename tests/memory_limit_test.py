@@ -53,7 +53,7 @@ assert "libopenvdb" not in libraries, libraries
 with tempfile.TemporaryDirectory() as folder:
     os.chdir(folder)
     if large_pages():
-        # 5,300; 6,700 if only the main heap has large pages, 17,800 if none has; half of these
+        # 4,500; 6,700 if only the main heap has large pages, 17,800 if none has; half of these
         subprocess.run([make_assets, "--fog", "small.vdb", "96"], check=True,
                        stdout=subprocess.DEVNULL)
         faults = run(program, "render", "small.vdb", "-o", "small.exr", "--resolution", "64x64",

@@ -218,7 +218,7 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
 /// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
 /// beside it. most_boxes decides whether bricks are boxes of rows or whole; code_unit tells.
 /// `discards_texels`: the float32 texels of both lose their values, and the system gets their
-/// memory as codes are stored.
+/// memory as codes are stored, if that is_worth_discarding().
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr, bool discards_texels = false);
 

@@ -272,7 +272,10 @@ BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
         encode(record, channel, rows, to++, records);
     });
   };
-  const std::size_t bricks = result.bricks.size(), at_once = discards_texels ? 1024 : bricks;
+  const std::size_t bricks = result.bricks.size();
+  discards_texels =
+      discards_texels && is_worth_discarding(bricks * brick_texels * records * sizeof(float));
+  const std::size_t at_once = discards_texels ? 1024 : bricks;
   for (std::size_t first = 0; first < bricks; first += at_once) {
     const std::size_t end = std::min(first + at_once, bricks);
     tbb::parallel_for(first, end, store);

@@ -101,11 +101,10 @@ bool lacks_threads(const std::exception& error) {
 
 void keep_freed_memory() {
 #ifdef __GLIBC__
-  // bytes; a block: glibc's limit
-  constexpr int kept = 1 << 28, block = 1 << 25, ahead = 1 << 26;
-  mallopt(M_TRIM_THRESHOLD, kept);   // the end of the heap that stays
-  mallopt(M_MMAP_THRESHOLD, block);  // blocks up to this size come from the heap
-  mallopt(M_TOP_PAD, ahead);         // the heap grows by this at a time
+  constexpr int kept = 1 << 28, ahead = 1 << 26;  // bytes
+  mallopt(M_TRIM_THRESHOLD, kept);                // the end of the heap that stays
+  mallopt(M_MMAP_THRESHOLD, int(most_kept_block));
+  mallopt(M_TOP_PAD, ahead);  // the heap grows by this at a time
 #endif
 }
 

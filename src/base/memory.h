@@ -19,6 +19,9 @@ std::uint64_t available_memory(const std::filesystem::path& root = "/");
 /// alone.
 bool lacks_threads(const std::exception& error);
 
+/// Blocks up to this size come from the heap, and go back to it [bytes]: glibc's limit.
+constexpr std::size_t most_kept_block = std::size_t{1} << 25;
+
 /// From now on this process keeps what it frees for its next allocations. For programs, early: what
 /// runs inside another program leaves the allocator to that one.
 void keep_freed_memory();
@@ -50,6 +53,10 @@ class LargePages {
 /// Makes the process give freed memory back to the system at once, which costs some time. glibc
 /// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
 void give_back_freed_memory();
+
+/// Whether an array's values are to be discarded before it is freed: where keep_freed_memory() was
+/// called, what follows takes the memory of a smaller one, and finds its pages there.
+constexpr bool is_worth_discarding(std::size_t bytes) { return bytes > most_kept_block; }
 
 /// Puts empty pages in place of an array's whole pages, where it can. Its values are lost. The
 /// system gets the memory; if it is shared, once no mapping of it is left.

@@ -170,7 +170,7 @@ GLuint AtlasTextures::texel_texture(GLenum format, const std::shared_ptr<T[]>& a
     return texture_of_last_buffer(format);
   }
   constexpr std::size_t piece = std::size_t{1} << 20;
-  if (!discard_ || !std::is_same_v<T, float> || count < piece)
+  if (!discard_ || !std::is_same_v<T, float> || !is_worth_discarding(count * sizeof(T)))
     return buffer_texture(format, texels, count * sizeof(T));
   const GLuint texture = buffer_texture(format, nullptr, count * sizeof(T), GL_DYNAMIC_STORAGE_BIT);
   for (std::size_t at = 0; at < count; at += piece) {

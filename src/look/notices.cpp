@@ -25,11 +25,12 @@ std::string shell_notice(const View& view) {
     return "";
   const double least = stored_range(field).x;
   if (surface ? least >= medium.isovalue : least >= 0) return "";
-  const auto [low, high] = bounds_of(field.active_box, field.world_from_index);
+  const auto [first, last] = bounds_of(field.active_box, field.world_from_index);
   return "grid " + in_quotes(field.name) +
          ": values below 0 lie in a shell: beside the voxels the value is 0, which " +
          (surface ? "is beyond the surface" : "the function shows") + "; --clip " +
-         formatted("%.7g,%.7g,%.7g,%.7g,%.7g,%.7g", low.x, low.y, low.z, high.x, high.y, high.z) +
+         formatted("%.7g,%.7g,%.7g,%.7g,%.7g,%.7g", first.x, first.y, first.z, last.x, last.y,
+                   last.z) +
          " leaves the shell out";
 }
 
