@@ -55,6 +55,23 @@ TEST(Dense, FieldsHaveTheirArraysValues) {
     }
 }
 
+TEST(Dense, FieldsBelow0EndAtTheirArraysVoxels) {
+  const auto domain_of = [](const glm::ivec3& shape, float value, int channels = 1) {
+    DenseField field("density", shape, channels, glm::dmat4(1));
+    std::vector<float> slab(std::size_t(shape.x * shape.y * shape.z * channels), 0.f);
+    slab[slab.size() / 2] = value;
+    field.add(slab);
+    const VdbFile file(std::make_shared<const Field>(field.finish()));
+    return file.read("density", {.role = GridRole::data}).domain();
+  };
+  const glm::ivec3 shape(8, 9, 5);
+  EXPECT_EQ(domain_of(shape, -1), (Box{{0, 0, 0}, shape - 1}));
+  const Box grown = domain_of(shape, 1);  // by one around the only voxel
+  EXPECT_EQ(grown.max - grown.min, glm::ivec3(2));
+  EXPECT_EQ(domain_of({8, 9, 1}, -1), domain_of({8, 9, 1}, 1));
+  EXPECT_EQ(domain_of(shape, -1, 3), domain_of(shape, 1, 3));
+}
+
 /// The same values in place, in an array whose axes lie in `order` in memory, the first fastest;
 /// axis 3 are the channels. Between two values are `gap` others.
 std::shared_ptr<const Field> held_field(const glm::ivec3& shape, int channels,

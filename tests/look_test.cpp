@@ -48,10 +48,10 @@ TEST(Look, IsOpenUnlessTheSceneSaysHowTheMediumShines) {
   for (const char* open : {"extinction=2", "camera-position=1,1,1", "tolerance=1e-3",
                            "clip=0,0,0,1,1,1", "range=10%,90%", "opacity=0:0,1:1", "isovalue=0.5",
                            "light=0,-1,0", "sky=1,1,1", "colormap=viridis", "mode=isosurface",
-                           "mode=back-to-front", "background=0,0,0", "emission-grid=e"})
+                           "mode=mip", "mode=back-to-front", "background=0,0,0", "emission-grid=e"})
     EXPECT_TRUE(leaves_open(open)) << open;
   for (const char* shines : {"luminance=1,1,1", "luminance-grid=l", "temperature-grid=t",
-                             "transfer-function=f.json", "mode=mip", "mode=slice", "look=plain"})
+                             "transfer-function=f.json", "mode=slice", "look=plain"})
     EXPECT_FALSE(leaves_open(shines)) << shines;
 }
 
@@ -145,6 +145,16 @@ TEST(Look, OfARaysIntegralIsBlackBehindIt) {
   const LookedScene chosen = with_look(other, VdbFile(other.input));
   EXPECT_EQ(chosen.scene.mode, Mode::xray);
   EXPECT_EQ(chosen.scene.exposure, std::nullopt);
+}
+
+TEST(Look, OfMaximaIsBlackBehindThem) {
+  for (const char* mode : {"mip", "lmip"}) {
+    const LookedScene looked = beside("blobs.vdb", {{"mode", mode}});
+    EXPECT_EQ(looked.look, "mip");
+    EXPECT_EQ(looked.scene.background, glm::dvec3(0));
+    EXPECT_EQ(info(looked.scene.mode).name, std::string(mode));
+    EXPECT_EQ(looked.scene.azimuth, 0);
+  }
 }
 
 TEST(Look, RangeFollowsTheValues) {

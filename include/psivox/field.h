@@ -146,13 +146,14 @@ struct FieldOrigin {
 ///
 /// Its value at a world point is the trilinear interpolation, in index space, of the values at
 /// integer coordinates. Where there is neither a leaf nor a tile, the value is 0. The domain is the
-/// active box grown by one voxel on every side; outside it is vacuum.
+/// active box, mostly grown by one voxel on every side; outside it is vacuum.
 struct Field {
   std::string name;         ///< selectable name, `density` or `density[1]`
   std::string value_type;   ///< GridInfo's: float, ..., points, vec3i
   int channels = 1;         ///< 1 or 3
   bool of_vectors = false;  ///< a component of a vector grid, or its length
   Box active_box;           ///< of active voxels and tiles
+  int margin = 1;           ///< voxels from it to the domain's end: 1, or 0 of a DenseField
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
   std::optional<glm::vec2> active_range;  ///< of active values, first channel; unset: not known
@@ -175,15 +176,16 @@ struct Field {
   BadValues replaced;                 ///< what reading has replaced; a notice tells of it
   std::vector<std::string> notices;   ///< one line each, for stderr: what reading changed
 
-  /// Smallest and largest voxel of the domain: active_box grown by one.
-  Box domain() const { return {active_box.min - glm::ivec3(1), active_box.max + glm::ivec3(1)}; }
+  /// Smallest and largest voxel of the domain.
+  Box domain() const { return {active_box.min - margin, active_box.max + margin}; }
 };
 
 struct LeafValues;
 
 /// Makes a field of a dense array, which it copies a slab at a time or reads in place. Voxel
 /// (0, 0, 0) is the array's first. Blocks of 8^3 voxels that are 0 take no memory, those of another
-/// single value are tiles.
+/// single value are tiles. Where scalars are below 0, as air in Hounsfield units, what lies beside
+/// the array is not 0 but unknown: the domain is then the whole array, and no more.
 class DenseField {
  public:
   /// `channels`: 1 or 3. Throws Error(input) if the shape or the transform is refused.
@@ -221,6 +223,7 @@ class DenseField {
   glm::ivec3 shape_;
   int axis_ = 0;  ///< of the slabs
   int next_plane_ = 0;
+  bool below_0_ = false;  ///< a value so far
   Field field_;
   std::vector<std::shared_ptr<const void>> storage_;
 };

@@ -10,8 +10,8 @@
 #define PSIVOX_MODES(X)                                                                                \
   X(alpha,         light,   false, true,  "auto",    "",               "the integral of the light")             \
   X(back_to_front, light,   true,  false, "auto",    "",               "the same sum from behind, without early termination") \
-  X(mip,           value,   false, true,  "",        "",               "the greatest value over the range")     \
-  X(lmip,          value,   false, true,  "",        "lmip-threshold", "the first local maximum of at least `--lmip-threshold`, or the greatest value") \
+  X(mip,           value,   false, true,  "mip",     "",               "the greatest value over the range")     \
+  X(lmip,          value,   false, true,  "mip",     "lmip-threshold", "the first local maximum of at least `--lmip-threshold`, or the greatest value") \
   X(isosurface,    surface, false, true,  "surface", "isovalue",       "the first surface of `--isovalue`, shaded") \
   X(xray,          depth,   false, true,  "xray",    "",               "the optical depth times `--luminance`") \
   X(slice,         plane,   false, true,  "",        "slice",          "the values on the plane `--slice`")

@@ -28,6 +28,7 @@ constexpr int no_voxel = std::numeric_limits<int>::max();
 struct DenseField::Block {
   std::uint64_t active = 0;  ///< voxels other than 0
   bool constant = true;      ///< of one value, and complete
+  bool below_0 = false;      ///< a value of the first channel
   glm::vec3 value{0};        ///< of the first voxel
   glm::ivec3 min{no_voxel}, max{-1};
 };
@@ -71,6 +72,7 @@ DenseField::Block DenseField::summarise(const LeafValues& values, const glm::ive
     }
     if (!active) return;
     ++block.active;
+    block.below_0 |= *value < 0;
     block.min = glm::min(block.min, origin + at);
     block.max = glm::max(block.max, origin + at);
   });
@@ -109,6 +111,7 @@ void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
     const glm::ivec3 origin = origin_of(n);
     if (block.active == 0) continue;
     field_.active_voxels += block.active;
+    below_0_ |= block.below_0;
     field_.active_box.min = glm::min(field_.active_box.min, block.min);
     field_.active_box.max = glm::max(field_.active_box.max, block.max);
     if (block.constant)
@@ -165,6 +168,11 @@ Field DenseField::finish() {
   std::sort(field_.leaves.begin(), field_.leaves.end(), in_order);
   std::sort(field_.tiles.begin(), field_.tiles.end(), in_order);
   if (field_.active_voxels == 0) field_.active_box = {};
+  // an array of one plane has no inside
+  if (below_0_ && field_.channels == 1 && glm::all(glm::greaterThan(shape_, glm::ivec3(1)))) {
+    field_.active_box = {glm::ivec3(0), shape_ - 1};
+    field_.margin = 0;
+  }
   field_.storage = std::make_shared<std::vector<std::shared_ptr<const void>>>(std::move(storage_));
   return std::move(field_);
 }

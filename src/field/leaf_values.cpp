@@ -133,6 +133,7 @@ Field part_of_field(const Field& field, const WantLeaf& wanted) {
   part.channels = field.channels;
   part.of_vectors = field.of_vectors;
   part.active_box = field.active_box;
+  part.margin = field.margin;
   part.world_from_index = field.world_from_index;
   part.active_voxels = field.active_voxels;
   part.active_range = field.active_range;

@@ -16,7 +16,8 @@ std::string shell_notice(const View& view) {
   const Scene& scene = view.scene;
   const Medium& medium = view.medium;
   const Field& field = *medium.density;
-  if (scene.clip || scene.clip_plane || field.half_width > 0 || scene.shows(Shows::plane))
+  if (scene.clip || scene.clip_plane || field.half_width > 0 || field.margin == 0 ||
+      scene.shows(Shows::plane))
     return "";
   const bool surface = scene.shows(Shows::surface);
   if (surface ? medium.isovalue >= 0

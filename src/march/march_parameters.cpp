@@ -220,7 +220,8 @@ bool has_end_corrections(const View& view) {
   return scene.end_corrections && scene.resolved_sampling() == Sampling::uniform &&
          !view.medium.transfer && view.medium.emission.empty() && scene.composites() &&
          !info(scene.mode).from_back && scene.resolved_integrator() == Integrator::psi_balanced &&
-         (begins_inside(view) || scene.clip || scene.clip_plane || view.holdout);
+         (begins_inside(view) || view.medium.density->margin == 0 || scene.clip ||
+          scene.clip_plane || view.holdout);
 }
 
 MarchSetup make_march_setup(const View& view, const MediumAtlas& atlas,

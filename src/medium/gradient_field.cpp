@@ -14,6 +14,7 @@
 
 #include "base/text.h"
 #include "field/field_index.h"
+#include "field/index_space.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -60,9 +61,10 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   return sorted;
 }
 
-/// Computes the 512 magnitudes of a block. Returns whether one is not 0.
+/// Computes the 512 magnitudes of a block. Returns whether one is not 0. Beside `known` there is no
+/// value: differences there are one-sided.
 bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm::ivec3& origin,
-                   float* to) {
+                   const Box& known, float* to) {
   using Block = FieldIndex::Block;
   const Block own = index.block(origin);
   std::array<Block, 6> around;
@@ -83,8 +85,15 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
           local[axis] > 0 ? own.value(i - stride) : around[below].value(i + 7 * stride);
       const float high =
           local[axis] < 7 ? own.value(i + stride) : around[below + 1].value(i - 7 * stride);
-      difference[axis] = double(high) - double(low);
+      const int at = origin[axis] + local[axis];
+      if (at == known.min[axis])
+        difference[axis] = 2 * (double(high) - double(own.value(i)));
+      else if (at == known.max[axis])
+        difference[axis] = 2 * (double(own.value(i)) - double(low));
+      else
+        difference[axis] = double(high) - double(low);
     }
+    if (!known.contains(origin + local)) difference = glm::dvec3(0);
     to[i] = float(0.5 * glm::length(normal * difference));
     any = any || to[i] != 0;
   }
@@ -117,14 +126,16 @@ Field gradient_of_voxels(const Field& field) {
   result.name = "gradient of " + field.name;
   result.value_type = "float";
   result.active_box = field.active_box;
+  result.margin = field.margin;
   result.world_from_index = field.world_from_index;
   const FieldIndex index(field);
   const glm::dmat3 normal = glm::transpose(glm::inverse(glm::dmat3(field.world_from_index)));
   const std::vector<glm::ivec3> blocks = candidate_blocks(field);
+  const Box known = field.margin == 0 ? field.domain() : everywhere;
   const auto values = std::make_shared_for_overwrite<float[]>(blocks.size() * 512);
   std::vector<char> any(blocks.size());
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
-    any[n] = compute_block(index, normal, blocks[n], values.get() + n * 512);
+    any[n] = compute_block(index, normal, blocks[n], known, values.get() + n * 512);
   });
   for (std::size_t n = 0; n < blocks.size(); ++n)
     if (any[n]) result.leaves.push_back({blocks[n], values.get() + n * 512});

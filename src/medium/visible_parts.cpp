@@ -47,6 +47,15 @@ VisibleBlock domain_block(const Field& field) {
   return {glm::dvec3(domain.min), glm::dvec3(domain.max), 1};
 }
 
+/// Whether leaves and tiles hold all of a domain that ends with them.
+bool stores_domain(const Field& field) {
+  const Box domain = field.domain();
+  const glm::dvec3 cells((domain.max >> 3) - (domain.min >> 3) + 1);
+  double stored = double(field.leaves.size());
+  for (const Tile& tile : field.tiles) stored += std::pow(tile.width / 8, 3);
+  return field.margin == 0 && stored >= cells.x * cells.y * cells.z;
+}
+
 /// Blocks in the cells of a lattice, one a cell; or one a cube of cells, so wide that there are not
 /// too many.
 class MergedBlocks {
@@ -117,7 +126,7 @@ class BlockFinder {
     if (!(greatest > 0)) return {};
     const double faintest = least_weight * greatest;
     const float vacuum[3] = {0, 0, 0};
-    if (weight_(vacuum) >= faintest) return {domain_block(field_)};
+    if (weight_(vacuum) >= faintest && !stores_domain(field_)) return {domain_block(field_)};
     leave_out(faintest, found.leaves);
     MergedBlocks merged(field_.leaves.size());
     auto next = found.leaves.begin();

@@ -290,6 +290,10 @@ void check_field(const FieldFacts& facts, GridRole role) {
   const Field& field = facts.field;
   require(field.channels == 1 || field.channels == 3, "an impossible number of channels");
   require(!field.active_box.empty() && !too_large(field.active_box), "an impossible box");
+  const glm::ivec3 size = field.domain().max - field.domain().min;
+  require(
+      (field.margin == 0 || field.margin == 1) && glm::all(glm::greaterThan(size, glm::ivec3(0))),
+      "an impossible domain");
   require(has_volume(field.world_from_index), "an impossible transform");
   require(std::isfinite(field.half_width) && field.half_width >= 0, "an impossible half width");
   require(std::isfinite(field.replaced.least), "an impossible least value");
