@@ -221,6 +221,17 @@ class BlockFinder {
   CellLattice lattice_;
 };
 
+/// The value around what a surface encloses: 0, or where the domain ends with its voxels that of
+/// the first.
+double value_outside(const Field& field) {
+  const auto first = [](const auto& place) { return place.origin == glm::ivec3(0); };
+  if (field.margin > 0 || field.active_box.min != glm::ivec3(0)) return 0;
+  if (const auto leaf = std::ranges::find_if(field.leaves, first); leaf != field.leaves.end())
+    return double(OrderedValues(field, *leaf)[0]);
+  const auto tile = std::ranges::find_if(field.tiles, first);
+  return tile != field.tiles.end() ? double(tile->value.x) : 0;
+}
+
 template <typename Weight>
 void add_grid(const Field& field, const Weight& weight, Subject& subject,
               const WeighedLeaves* known = nullptr) {
@@ -231,12 +242,13 @@ void add_grid(const Field& field, const Weight& weight, Subject& subject,
 void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Subject& subject) {
   const Field& field = *medium.density;
   if (info(mode).shows == Shows::surface) {
-    const double isovalue = medium.isovalue;  // what it encloses is on its side away from 0
+    const double isovalue = medium.isovalue;
+    const bool encloses_less = isovalue < value_outside(field);
     return add_grid(
         field,
         [&](const float* value) {
           const auto v = double(*value);
-          return (isovalue < 0 ? v <= isovalue : v >= isovalue) ? 1.0 : 0.0;
+          return (encloses_less ? v <= isovalue : v >= isovalue) ? 1.0 : 0.0;
         },
         subject);
   }

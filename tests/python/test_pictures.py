@@ -306,6 +306,13 @@ def test_an_array_with_values_below_zero_ends_at_its_voxels():
         seen = np.asarray(image)[..., 3] > 0
         assert 0 < seen.sum() < 0.3 * seen.size  # of a cube of two voxels, not of eight
         assert psivox.compare(image, clipped).max < 1e-6
+    # the camera sees what a surface below 0 encloses
+    how = {"resolution": SMALL, "mode": "isosurface"}
+    cameras = [
+        psivox.render(hounsfield + more, isovalue=more - 300, **how).scene["camera-position"]
+        for more in (0, 1000)
+    ]
+    assert cameras[0] == cameras[1]
 
 
 def test_notices_are_warnings():
