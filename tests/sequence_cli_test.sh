@@ -263,7 +263,7 @@ PATH=$PWD/bin:$PATH run 5 "alone2.mp4" $pattern "${small[@]}" --movie alone2.mp4
 run 2 "expected .mp4" $pattern "${small[@]}" --movie film.gif
 rm bin/ffmpeg
 for tool in grep tail; do ln -s "$(command -v $tool)" bin; done
-PATH=$PWD/bin run 0 "the same command and --resume makes the film" $pattern -o out/m.#.png "${small[@]}" \
+PATH=$PWD/bin run 5 "the same command and --resume makes it" $pattern -o out/m.#.png "${small[@]}" \
   --movie film2.mp4
 PATH=$PWD/bin run 5 "ffmpeg, which is not installed" $pattern "${small[@]}" --movie film2.mp4
 PATH=$PWD/bin run 2 "expected .mp4" $pattern -o out/m.#.png "${small[@]}" --movie film.gif

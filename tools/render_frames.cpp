@@ -180,16 +180,14 @@ class FrameLoop {
     take_written();
   }
 
-  /// Ends the film, writes the statistics, and throws Error(input) if frames could not be read.
+  /// Ends the film, writes the statistics, and throws Error(input) if frames could not be read, or
+  /// Error(output) if there is no ffmpeg for the film.
   void finish() {
     if (movie_) movie_->finish();
     for (const auto& [notice, frames] : said_)
       if (frames.size() > 1)
         bar_.say(std::string(frames.size() > 2 ? "frames " : "frame ") +
                  frames_text(std::span(frames).subspan(1)) + " too: " + notice);
-    if (!movie_ && !call_.movie.empty())
-      say("ffmpeg is not installed; with it, the same command" +
-          std::string(holds_scene(call_.output) ? " and --resume" : "") + " makes the film");
     const double total_ms = watch_.ms();
     if (!call_.stats.empty()) {
       const nlohmann::ordered_json all = {
@@ -211,6 +209,11 @@ class FrameLoop {
                   std::to_string(bad_.size()) + " of " +
                       std::to_string(bad_.size() + std::size_t(drawn_) + standing_) +
                       " frames could not be read: " + frames_text(bad_));
+    if (!movie_ && !call_.movie.empty())
+      throw Error(
+          ExitCode::output,
+          "the film is not made, because ffmpeg is not installed; with it, the same command" +
+              std::string(holds_scene(call_.output) ? " and --resume" : "") + " makes it");
   }
 
  private:

@@ -223,7 +223,9 @@ FileReport report_of(const std::string& path, bool values) {
     report.look = std::move(looked.look);
     report.dark_because = std::move(looked.dark_because);
     for (const Setting& setting : looked.settings)
-      if (!std::ranges::count(chosen_by_auto(), setting.name)) report.set.push_back(setting);
+      if (!std::ranges::count(chosen_by_auto(), setting.name) && setting.name != "azimuth" &&
+          setting.name != "elevation")  // the camera is turned already
+        report.set.push_back(setting);
   } catch (const Error& error) {
     report.advice = advice_for(report, error.what());
   }
