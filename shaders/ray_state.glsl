@@ -1,5 +1,5 @@
 // What a ray carries, and what it reads of the medium.
-const real UNKNOWN = real(-1e38);
+const real UNKNOWN = real(-8.507059173023462e37);  // -2^126: equal in float32 and double
 const real LN2 = real(0.6931471805599453);
 
 // The medium at a point of the ray.
@@ -26,7 +26,8 @@ struct March {
   bool own;            // and it begins in the region that the ray collects from
   int interval;        // of the transfer function, where pieces end at its knots
   real phase;          // factor of all luminance along the ray
-  real3 radiance;      // without `color`, unless there is emission; of maxima x is the value
+  real3 radiance;      // without `color`, unless there is emission; x is a maximum's value, and at a
+                       // surface 1 or -1, the sign of the slope along the ray
   real3 radiance_lost; // what rounding left out of it (Kahan); a pass does not keep it
   real optical_depth;
   real lost;           // what rounding left out of optical_depth (Kahan)

@@ -50,6 +50,21 @@ TEST(CoarseField, HalvesWideTiles) {
   EXPECT_EQ(values({-1, 2048, 0}).x, 0);
 }
 
+TEST(CoarseField, OfAnArrayThatEndsHasTheMeansOfItsVoxels) {
+  const glm::ivec3 shape(19, 18, 17);
+  DenseField made("air", shape, 1, glm::dmat4(1));
+  for (int x = 0; x < shape.x; x += 8)
+    made.add(std::vector<float>(std::size_t(std::min(8, shape.x - x) * shape.y * shape.z), -1000));
+  const Field air = made.finish();
+  for (const CoarseValue what : {CoarseValue::mean, CoarseValue::sample})
+    for (const int times : {1, 2}) {
+      const Field coarse = coarse_field(air, times, Centering::node, what);
+      EXPECT_EQ(coarse.domain(), (Box{{0, 0, 0}, (shape - 1) >> times}));
+      const FieldVoxels values(coarse);
+      for_points(coarse.domain(), [&](const glm::ivec3& v) { EXPECT_EQ(values(v).x, -1000); });
+    }
+}
+
 TEST(CoarseField, DrawsLessAndSaysSo) {
   Scene scene = blobs_scene();
   scene.camera_position = glm::dvec3(2, 1.5, 3);

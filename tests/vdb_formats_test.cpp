@@ -118,6 +118,18 @@ TEST(Formats, NoVoxelAndNoGridAreErrors) {
   EXPECT_NE(error({}).find("holds no grid"), std::string::npos);
 }
 
+TEST(Formats, ALevelSetWithDistancesOfTheOtherSignIsRefused) {
+  auto grid = named("sdf");
+  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  grid->tree().root().setBackground(-0.15f, /*updateChildNodes=*/false);
+  grid->tree().setValue(Coord(0), 0.1f);
+  const VdbFile file(write_vdb({grid}));
+  for (const bool distances : {false, true})
+    EXPECT_TRUE(has(input_error([&] { file.read("sdf", {.distances = distances}); }),
+                    "a level set whose background is -0.15: its distances have the opposite sign"));
+  EXPECT_TRUE(has(file.info(true).at(0).problem, "opposite sign"));
+}
+
 TEST(Formats, DoublesBeyondFloatsAreInfinite) {
   auto grid = named<openvdb::DoubleGrid>("density");
   grid->tree().setValue(Coord(0), 1e300);

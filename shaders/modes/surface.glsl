@@ -5,6 +5,7 @@ void surface_cell(INOUT(March) m, Node node, INOUT(Stretch) s) {
   real at = first_crossing(s.value, isovalue, s.f_end);
   if (node.kind == NODE_BRICK && at <= real(1.0) && m.own) {
     m.half_depth = m.t + at * s.extent;
+    m.radiance.x = real(s.value.f_0 < isovalue ? 1.0 : -1.0);
     m.done = true;
     s.next = m.cell;  // surface_normal looks around it
   }
@@ -44,8 +45,8 @@ real3 surface_normal(int3 cell, Ray ray, real t) {
 // A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
 real3 shade(IN(March) m, Ray ray, Pixel p) {
   real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
-  real3 normal = surface_normal(m.cell, ray, m.half_depth);
-  if (dot(normal, w) > real(0.0)) normal = -normal;  // seen from either side
+  // Seen from either side. Not by its angle with the ray, which is steeper than that of the surface.
+  real3 normal = surface_normal(m.cell, ray, m.half_depth) * -m.radiance.x;
   real3 light = real3(real(0.0));
   if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));
   for (int i = 0; i < surface_lights; ++i) {

@@ -225,7 +225,8 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     drawn.notices.emplace_back("--sky and --environment do not light an isosurface; --light does");
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +
-                            " parts, so that its atlas keeps within the memory");
+                            (parts.split().own.count() == 1 ? " part" : " parts") +
+                            ", so that its atlas keeps within the memory");
   return drawn;
 }
 

@@ -16,9 +16,10 @@ namespace {
 /// Origin of the coarse leaf that a leaf is an eighth of.
 glm::ivec3 coarse_origin(const glm::ivec3& origin) { return (origin >> 4) * 8; }
 
-/// Values of 2^3 voxels each of a leaf, into its eighth of a coarse leaf.
+/// Values of 2^3 voxels each of a leaf, into its eighth of a coarse leaf. Behind `last` the leaf
+/// has no values; those beside stand for them.
 void add_values(const glm::ivec3& origin, const float* values, int channels, CoarseValue what,
-                float* coarse) {
+                const glm::ivec3& last, float* coarse) {
   const glm::ivec3 first = ((origin >> 3) & 1) * 4;
   const auto index = [channels](int x, int y, int z) {
     return std::size_t(((x * 8 + y) * 8 + z) * channels);
@@ -28,8 +29,9 @@ void add_values(const glm::ivec3& origin, const float* values, int channels, Coa
       for (int z = 0; z < 4; ++z)
         for (int c = 0; c < channels; ++c) {
           const auto value = [&](int i) {
-            return values[index(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1)) +
-                          std::size_t(c)];
+            const glm::ivec3 at(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1));
+            const glm::ivec3 known = glm::min(at, last);
+            return values[index(known.x, known.y, known.z) + std::size_t(c)];
           };
           float& to = coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)];
           if (what == CoarseValue::sample) {
@@ -85,17 +87,22 @@ Field halved(const Field& field, Centering centering, CoarseValue what) {
     coarse.leaves[number] = {coarse_origin(origin), values.get() + number * floats};
     return values.get() + number * floats;
   };
+  const auto last_in = [&](const glm::ivec3& origin) {
+    const glm::ivec3 end = field.margin > 0 ? glm::ivec3(7) : field.active_box.max - origin;
+    return glm::clamp(end, 0, 7);
+  };
   for (const Leaf& leaf : field.leaves) place(leaf.origin);
   std::vector<float> same(floats);
   for (const Tile& tile : field.tiles) {
     if (tile.width > 8) continue;
     for (std::size_t i = 0; i < floats; ++i) same[i] = tile.value[int(i) % field.channels];
-    add_values(tile.origin, same.data(), field.channels, what, place(tile.origin));
+    add_values(tile.origin, same.data(), field.channels, what, last_in(tile.origin),
+               place(tile.origin));
   }
   visit_leaves(field, [&](std::span<const Leaf> leaves) {
     tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t i) {
       const OrderedValues own(field, leaves[i]);
-      add_values(leaves[i].origin, own.data(), field.channels, what,
+      add_values(leaves[i].origin, own.data(), field.channels, what, last_in(leaves[i].origin),
                  values.get() + numbers.at(key(leaves[i].origin)) * floats);
     });
   });

@@ -90,12 +90,16 @@ void set_gradient_function(const Scene& scene, const std::shared_ptr<const Field
   medium.gradient = gradient;
 }
 
-/// What tells a maximum from 0, and a fall from a plateau: more than the rounding of interpolated
-/// float32, which goes with the greatest values around, and too little of the range to be seen.
-double least_value(const Scene& scene, const Field& density) {
+/// More than the rounding of interpolated float32, which goes with the greatest values around.
+double rounding_of(const Field& density) {
   const glm::dvec2 stored = stored_range(density);
-  const double rounding = 4e-6 * std::max(-stored.x, stored.y);
+  return 4e-6 * std::max(-stored.x, stored.y);
+}
+
+/// What tells a maximum from 0, and a fall from a plateau: too little of the range to be seen.
+double least_value(const Scene& scene, const Field& density) {
   const auto range = resolved_range(scene, density);
+  const double rounding = rounding_of(density);
   return range ? std::min(rounding, (range->y - range->x) / 16384) : rounding;
 }
 
@@ -104,7 +108,9 @@ void set_density(const Scene& scene, const std::shared_ptr<const Field>& density
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.density = density;
   if (scene.shows(Shows::surface)) {
-    medium.isovalue = field_isovalue(resolved_isovalue(scene, *density), *density);
+    // a plateau of that value, such as the 0 around distances, is above it and no surface
+    medium.isovalue =
+        field_isovalue(resolved_isovalue(scene, *density), *density) - rounding_of(*density);
   } else if (function && function->has_gradient()) {
     return set_gradient_function(scene, density, function, medium);
   } else if (function && scene.classification == Classification::pre) {

@@ -93,13 +93,15 @@ glm::dvec3 gradient(BlockCache& cache, const Box& domain, const IndexRay& ray, d
   return g;
 }
 
-/// Shades a surface from either side: 0.8 from the lights, 0.2 from all directions.
-glm::dvec3 shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& direction) {
+/// Shades a surface from either side: 0.8 from the lights, 0.2 from all directions. `rises`: the
+/// value does along the ray.
+glm::dvec3 shade(const View& view, const glm::dvec3& gradient, const glm::dvec3& direction,
+                 bool rises) {
   const glm::dmat3 m(view.medium.density->world_from_index);
   glm::dvec3 normal = glm::transpose(glm::inverse(m)) * gradient;
   const double size = glm::length(normal);
   if (!(size > 0)) return glm::dvec3(0.2);
-  normal /= dot(normal, direction) > 0 ? -size : size;
+  normal /= rises ? -size : size;
   std::vector<ParallelLight> lights = surface_lights(view);
   if (lights.empty()) lights.push_back({direction, glm::dvec3(1)});
   glm::dvec3 light(0);
@@ -204,7 +206,7 @@ RayPicture RayModes::surface(const WorldRay& ray) {
       if (!walk.grid.in_cell()) return glm::dvec3(0.2);
       const glm::dvec3 g = gradient(*cache_, medium.density->domain(), walk.grid.ray(),
                                     walk.s(std::clamp(v, 0.0, 1.0)));
-      return shade(*view_, g, ray.direction);
+      return shade(*view_, g, ray.direction, *below);
     };
     const glm::dvec3 color =
         medium.source == LuminanceSource::transfer ? shown(medium, medium.isovalue) : medium.color;

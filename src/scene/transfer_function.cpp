@@ -84,7 +84,7 @@ class Window {
   double attenuation(double value) const {
     const double u = place(value);
     if (scene_.opacity) return scene_.opacity->at(u);
-    if (scene_.colormap) return std::max(value, 0.0);
+    if (scene_.colormap && !scene_.shows(Shows::value)) return std::max(value, 0.0);
     return scene_.shows(Shows::value) ? std::max(u, 0.0) : std::clamp(u, 0.0, 1.0);
   }
 

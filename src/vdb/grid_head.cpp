@@ -185,6 +185,12 @@ std::string background_text(const GridSummary& summary) {
                                : formatted("(%g, %g, %g)", value.x, value.y, value.z);
 }
 
+std::string problem_of_distances(const GridHead& head, const GridSummary& summary) {
+  if (half_width(head, summary).value_or(0) >= 0) return {};
+  return "is a level set whose background is " + background_text(summary) +
+         ": its distances have the opposite sign; negate them, or give it the class unknown";
+}
+
 std::string problem_of(const Transform& transform, const GridSummary& summary) {
   if (summary.active_voxels == 0) return "has no active voxel: nothing to render";
   if (too_large(summary.active_box)) {

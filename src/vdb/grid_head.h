@@ -83,4 +83,7 @@ std::string background_text(const GridSummary& summary);
 /// it can. Reading and `psivox info` both take these rules from here.
 std::string problem_of(const Transform& transform, const GridSummary& summary);
 
+/// The same of a level set whose distances are positive inside; empty if it has none.
+std::string problem_of_distances(const GridHead& head, const GridSummary& summary);
+
 }  // namespace psivox::vdb

@@ -129,6 +129,7 @@ GridInfo grid_info(GridFile& file, const GridEntry& entry, bool values) {
     set_transform(head.transform, info);
     info.metadata = other_metadata(head.metadata);
     info.problem = problem_of(head.transform, summary);
+    if (info.problem.empty()) info.problem = problem_of_distances(head, summary);
   } catch (const Error& e) {
     info.problem = without_subject(e.what(), file.path(), entry.name);  // the row names the grid
   }

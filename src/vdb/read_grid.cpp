@@ -86,6 +86,7 @@ class Reading {
     }
     const Transform& transform = grid_.head().transform;
     refuse(problem_of(transform, summary));
+    refuse(problem_of_distances(grid_.head(), summary));
     set_place(transform.world_from_index, summary);
     if (stays) {
       add_class_notices();
