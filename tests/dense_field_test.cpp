@@ -56,13 +56,14 @@ TEST(Dense, FieldsHaveTheirArraysValues) {
 }
 
 TEST(Dense, FieldsBelow0EndAtTheirArraysVoxels) {
-  const auto domain_of = [](const glm::ivec3& shape, float value, int channels = 1) {
+  const auto domain_of = [](const glm::ivec3& shape, float value, int channels = 1,
+                            GridRole role = GridRole::data) {
     DenseField field("density", shape, channels, glm::dmat4(1));
     std::vector<float> slab(std::size_t(shape.x * shape.y * shape.z * channels), 0.f);
     slab[slab.size() / 2] = value;
     field.add(slab);
     const VdbFile file(std::make_shared<const Field>(field.finish()));
-    return file.read("density", {.role = GridRole::data}).domain();
+    return file.read("density", {.role = role}).domain();
   };
   const glm::ivec3 shape(8, 9, 5);
   EXPECT_EQ(domain_of(shape, -1), (Box{{0, 0, 0}, shape - 1}));
@@ -70,6 +71,8 @@ TEST(Dense, FieldsBelow0EndAtTheirArraysVoxels) {
   EXPECT_EQ(grown.max - grown.min, glm::ivec3(2));
   EXPECT_EQ(domain_of({8, 9, 1}, -1), domain_of({8, 9, 1}, 1));
   EXPECT_EQ(domain_of(shape, -1, 3), domain_of(shape, 1, 3));
+  // an attenuation has none
+  EXPECT_EQ(domain_of(shape, -1, 1, GridRole::attenuation), domain_of(shape, 1));
 }
 
 /// The same values in place, in an array whose axes lie in `order` in memory, the first fastest;

@@ -238,23 +238,24 @@ TEST(Modes, LookAtTheirTermsOnly) {
 }
 
 TEST(Modes, IsovalueIsTheMiddleOrADistance) {
+  const double below = 4e-6 * 3;  // of the greatest value, so that a plateau is no surface
   Scene scene;
   scene.mode = Mode::isosurface;
   View view = make_view(scene, share(ramp()), nullptr);
-  EXPECT_EQ(view.medium.isovalue, 1);  // the middle of -1 and 3
+  EXPECT_EQ(view.medium.isovalue, 1 - below);  // the middle of -1 and 3
   EXPECT_EQ(view.scene.isovalue, 1);
   scene.isovalue = -0.5;
-  EXPECT_EQ(make_view(scene, share(ramp()), nullptr).medium.isovalue, -0.5);
+  EXPECT_EQ(make_view(scene, share(ramp()), nullptr).medium.isovalue, -0.5 - below);
 
   Field level_set = ramp();
   level_set.half_width = 1.5;
   view = make_view(scene, share(level_set), nullptr);
   EXPECT_EQ(view.scene.isovalue, -0.5);
-  EXPECT_EQ(view.medium.isovalue, 2);  // 0.5 inside
+  EXPECT_EQ(view.medium.isovalue, 2 - below);  // 0.5 inside
   scene.isovalue.reset();
   view = make_view(scene, share(level_set), nullptr);
   EXPECT_EQ(view.scene.isovalue, 0);
-  EXPECT_EQ(view.medium.isovalue, 1.5);
+  EXPECT_EQ(view.medium.isovalue, 1.5 - below);
   scene.isovalue = 1.5;
   EXPECT_NE(usage_error([&] { make_view(scene, share(level_set), nullptr); }), "no error");
 

@@ -169,10 +169,8 @@ Field DenseField::finish() {
   std::sort(field_.tiles.begin(), field_.tiles.end(), in_order);
   if (field_.active_voxels == 0) field_.active_box = {};
   // an array of one plane has no inside
-  if (below_0_ && field_.channels == 1 && glm::all(glm::greaterThan(shape_, glm::ivec3(1)))) {
-    field_.active_box = {glm::ivec3(0), shape_ - 1};
-    field_.margin = 0;
-  }
+  if (below_0_ && field_.channels == 1 && glm::all(glm::greaterThan(shape_, glm::ivec3(1))))
+    field_.array_box = Box{glm::ivec3(0), shape_ - 1};
   field_.storage = std::make_shared<std::vector<std::shared_ptr<const void>>>(std::move(storage_));
   return std::move(field_);
 }

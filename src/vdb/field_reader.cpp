@@ -136,6 +136,10 @@ class FieldReader final : public Reader {
       for (const double percent : options.percentiles) field.active_percentiles[percent] = 1;
       return field;
     }
+    if (options.role == GridRole::data && field.array_box) {
+      field.active_box = *field.array_box;
+      field.margin = 0;
+    }
     const LeafSurvey survey(options.role, field.channels, options.role == GridRole::data,
                             field.active_box);
     ValueSurvey found;

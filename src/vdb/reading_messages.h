@@ -124,9 +124,9 @@ PSIVOX_PACK(LeavesRequest, grid, numbers, what)
 PSIVOX_PACK(LeavesAnswer, values, survey)
 
 inline void describe(guard::Codec& codec, FieldFacts& facts) {
-  auto& [name, value_type, channels, of_vectors, box, margin, transform, active, active_range,
-         stored_range, percentiles, width, leaves, tiles, array, storage, origin, reader, survey,
-         replaced, notices] = facts.field;
+  auto& [name, value_type, channels, of_vectors, box, margin, array_box, transform, active,
+         active_range, stored_range, percentiles, width, leaves, tiles, array, storage, origin,
+         reader, survey, replaced, notices] = facts.field;
   codec(name, value_type, channels, of_vectors, box, margin, transform, active, active_range,
         stored_range, percentiles, width, survey, replaced, notices);
   codec(facts.leaves, facts.tiles, facts.same_values, facts.bytes, facts.active_tiles);
