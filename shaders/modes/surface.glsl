@@ -45,7 +45,8 @@ real3 surface_normal(int3 cell, Ray ray, real t) {
 // A surface is lit by the scene's lights, or by one from the camera, and from everywhere.
 real3 shade(IN(March) m, Ray ray, Pixel p) {
   real3 w = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
-  // Seen from either side. Not by its angle with the ray, which is steeper than that of the surface.
+  // Seen from either side, which the value's slope along the ray tells: at a silhouette central
+  // differences may lean to the other one.
   real3 normal = surface_normal(m.cell, ray, m.half_depth) * -m.radiance.x;
   real3 light = real3(real(0.0));
   if (surface_lights == 0) light = real3(max(-dot(normal, w), real(0.0)));

@@ -20,7 +20,7 @@ std::string shell_notice(const View& view) {
       scene.shows(Shows::plane))
     return "";
   const bool surface = scene.shows(Shows::surface);
-  if (surface ? medium.isovalue > -1e-5 * stored_range(field).y
+  if (surface ? scene.isovalue.value_or(0) >= 0
               : !medium.transfer || medium.transfer->has_gradient() || scene.shows(Shows::value) ||
                     medium.transfer->max_attenuation(0, 0) == 0)
     return "";

@@ -96,7 +96,8 @@ double rounding_of(const Field& density) {
   return 4e-6 * std::max(-stored.x, stored.y);
 }
 
-/// What tells a maximum from 0, and a fall from a plateau: too little of the range to be seen.
+/// What tells a maximum from 0, and a fall from a plateau: more than rounding, and too little of
+/// the range to be seen.
 double least_value(const Scene& scene, const Field& density) {
   const auto range = resolved_range(scene, density);
   const double rounding = rounding_of(density);
