@@ -13,13 +13,17 @@ install(TARGETS psivox EXPORT psivoxTargets
   LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}"
     COMPONENT ${library_component} NAMELINK_COMPONENT dev
   INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
+psivox_set_runpath("${CMAKE_INSTALL_LIBDIR}" ${library_component} psivox)
+set(module_dir "${CMAKE_INSTALL_LIBDIR}/psivox")
 install(TARGETS psivox_trees psivox_oiio
-  LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT ${library_component})
+  LIBRARY DESTINATION "${module_dir}" COMPONENT ${library_component})
+psivox_set_runpath("${module_dir}" ${library_component} psivox_trees psivox_oiio)
 foreach(mpi IN LISTS PSIVOX_MPIS)
-  install(TARGETS psivox_${mpi}
-    LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}/psivox" COMPONENT ${mpi})
+  install(TARGETS psivox_${mpi} LIBRARY DESTINATION "${module_dir}" COMPONENT ${mpi})
+  psivox_set_runpath("${module_dir}" ${mpi} psivox_${mpi})
 endforeach()
 install(TARGETS psivox_program RUNTIME DESTINATION "${CMAKE_INSTALL_BINDIR}" COMPONENT psivox)
+psivox_set_runpath("${CMAKE_INSTALL_BINDIR}" psivox psivox_program)
 install(DIRECTORY include/psivox DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}" COMPONENT dev)
 install(EXPORT psivoxTargets NAMESPACE psivox:: DESTINATION "${package_dir}" COMPONENT dev)
 configure_package_config_file(cmake/psivoxConfig.cmake.in psivoxConfig.cmake

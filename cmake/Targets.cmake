@@ -48,12 +48,34 @@ function(psivox_component name)
   endif()
 endfunction()
 
-# psivox_finds_library(TARGET PATH): once installed, it finds libpsivox at this path, where the system
-# does not look by itself.
-function(psivox_finds_library target path)
-  if(NOT CMAKE_INSTALL_PREFIX STREQUAL "/usr")
-    set_target_properties(${target} PROPERTIES INSTALL_RPATH "${path}")
+# What was built finds other files of the build by its own place, so that the folder can be moved.
+set(CMAKE_BUILD_RPATH_USE_ORIGIN ON)
+
+# psivox_finds_library(TARGET BUILT INSTALLED): where a target that is installed finds libpsivox. CMake
+# would exchange the two paths by itself, and end the first with an empty entry, which is the folder in
+# which somebody works: libraries of that folder would run. psivox_set_runpath exchanges them instead.
+function(psivox_finds_library target built installed)
+  if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+    set(installed "")  # where the system looks by itself
   endif()
+  string(LENGTH "${installed}" wanted)
+  string(LENGTH "${built}" length)
+  while(length LESS wanted)  # the room for the other path
+    string(APPEND built "/.")
+    string(LENGTH "${built}" length)
+  endwhile()
+  set_target_properties(${target} PROPERTIES INSTALL_RPATH "${built}" BUILD_WITH_INSTALL_RPATH ON
+    INSTALL_RPATH_USE_LINK_PATH ON PSIVOX_INSTALLED_RPATH "${installed}")
+endfunction()
+
+# psivox_set_runpath(FOLDER COMPONENT targets...): after install(TARGETS) to that folder.
+function(psivox_set_runpath folder component)
+  foreach(target IN LISTS ARGN)
+    get_target_property(path ${target} PSIVOX_INSTALLED_RPATH)
+    install(CODE "file(RPATH_SET NEW_RPATH \"${path}\" FILE
+      \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${folder}/$<TARGET_FILE_NAME:${target}>\")"
+      COMPONENT ${component})
+  endforeach()
 endfunction()
 
 # psivox_module(NAME FOLDER USES targets...): a component that libpsivox loads on demand from the
@@ -64,7 +86,7 @@ function(psivox_module name folder)
   add_library(psivox_${name} MODULE ${sources})
   set_target_properties(psivox_${name} PROPERTIES
     LIBRARY_OUTPUT_DIRECTORY "${PROJECT_BINARY_DIR}/src/psivox")
-  psivox_finds_library(psivox_${name} "$ORIGIN/..")
+  psivox_finds_library(psivox_${name} "$ORIGIN/.." "$ORIGIN/..")
   target_link_libraries(psivox_${name} PRIVATE psivox psivox_flags ${arg_USES})
 endfunction()
 
