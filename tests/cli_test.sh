@@ -171,8 +171,42 @@ t 2 "is the input 'volume.exr'" render volume.exr --export-camera volume.exr $R
 t 2 "is the input 'volume.exr'" render volume.exr -o link.exr --turntable 1 $R
 t 2 "is also the file of -o" render "$S" -o b.exr --stats ./b.exr $R
 t 2 "is the input 'a.exr'" compare a.exr a.exr --diff a.exr
-cmp -s "$S" volume.exr || fail "an input was replaced"
+t 2 "is the input 'volume.exr'" render "$S" -o a.exr --and "volume.exr scale=2" --stats volume.exr $R
+cp "$S" volume
+t 2 "is the input 'volume'" render volume -o volume --thumbnail 16
+cmp -s "$S" volume && cmp -s "$S" volume.exr || fail "an input was replaced"
+# What is read beside the volume, and what the header of a volume names.
+"$program" render "$S" --export-camera cam.gltf $R
+"$program" render "$S" --print-scene $R >scene.in.json
+echo '{"background": "0,0,0"}' >look.json
+echo '{"points": [{"value": 0, "attenuation": 1}, {"value": 1, "attenuation": 2}]}' >function.json
+echo '{"keys": [{"frame": 1, "position": [0, 0, 9], "target": [0, 0, 0]}]}' >path.json
+head -c 512 /dev/urandom >det.raw
+printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 8 8 8\nencoding: raw\ndata file: det.raw\n\n' >det.nhdr
+mkdir before && cp cam.gltf scene.in.json look.json function.json path.json det.* a.exr before
+for pair in "cam.gltf --camera" "scene.in.json --scene" "./look.json --look" "function.json --transfer-function" "path.json --camera-path"; do
+  read -r input option <<<"$pair"
+  t 2 "which it would replace" render "$S" -o f.exr --stats $input $option $input -q
+done
+t 2 "which it would replace" render "$S" -o a.exr --camera cam.gltf --export-camera cam.gltf $R
+t 2 "is the input 'det.raw'" render det.nhdr -o a.exr --stats det.raw $R
+t 2 "is the input 'a.exr'" render --scene a.exr -o b.exr --stats a.exr -q
+mkdir study && cp a.exr study/reference.exr
+t 2 "is the input 'study/reference.exr'" study "$S" -o study --add x=study/reference.exr $R --steps 1
+cmp -s a.exr study/reference.exr || fail "a study replaced its input"
+for file in before/*; do cmp -s $file "${file#before/}" || fail "$file was replaced"; done
 t 0 - render --scene a.exr -o a.exr -q  # a picture may be drawn again in its place
+# Pipes and devices are for the command line: a scene that names one would be read without end.
+mkfifo pipe
+for device in /dev/zero "$work/pipe"; do
+  echo "{\"input\": \"$S\", \"transfer_function\": \"$device\"}" >endless.json
+  "$program" render --scene endless.json -o a.exr -q >printed.txt 2>&1 &
+  ended=$!
+  for _ in $(seq 100); do kill -0 $ended 2>/dev/null || break; sleep 0.1; done
+  kill $ended 2>/dev/null && fail "$device is read without end"
+  grep -q "is a pipe or a device" printed.txt || fail "$device: $(<printed.txt)"
+done
+t 0 - render "$S" -o a.exr --transfer-function <(cat function.json) $R
 t 0 - render "$S" -o a.exr --stats /dev/null $R
 # 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
 t 0 rms compare a.png b.exr --max-abs 2.6e-5

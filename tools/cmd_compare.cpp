@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "base/input_file.h"
 #include "command_line.h"
 #include "psivox/image.h"
 #include "render_call.h"
@@ -42,8 +43,8 @@ void compare_command(Arguments arguments) {
   if (!line.read(arguments)) return;
 
   const WrittenFile written[] = {{"--diff", diff}};
-  const std::string read[] = {a, b};
-  check_overwriting(written, read);
+  for (const std::string& read : {a, b}) InputProtection::expect(read);
+  check_overwriting(written);
   if (is_standard_output(diff)) usage("--diff needs a file: the numbers have the standard output");
   if (!diff.empty()) check_writable(diff);
   const Image image_a = read_image(a), image_b = read_image(b);

@@ -172,6 +172,7 @@ class RenderJob {
     std::optional<Session> session;
     team_->agree([&] {
       session.emplace(read());
+      if (team_->first()) check_outputs(call_, call_.output);
       describe(*session);
     });
     if (call_.output.empty()) return;

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/input_file.h"
 #include "base/statistics.h"
 #include "base/text.h"
 #include "command_line.h"
@@ -131,7 +132,10 @@ void view_command(Arguments arguments) {
   call.window.tell_look = [](const LookedScene& looked) {
     print_look(looked, false, "Ctrl+C in the window copies its options");
   };
-  call.window.render = [](const std::vector<std::string>& saved) { render_command(saved); };
+  call.window.render = [](const std::vector<std::string>& saved) {
+    const InputProtection kept;
+    render_command(saved);
+  };
   view::Viewer viewer(scene, call.window);
   if (call.orbit) print_orbit(viewer, call.orbit);
   if (call.session) print_session(viewer, scene.input, call.session);

@@ -119,6 +119,9 @@ class SceneOptions {
   /// The layers that the picture of --scene was drawn with, once scene() was called.
   const std::vector<std::string>& layers() const { return layers_; }
 
+  /// The file of --scene; empty if it was not given.
+  const std::string& file() const { return file_; }
+
  private:
   std::string file_, camera_;
   std::vector<Setting> settings_;

@@ -6,9 +6,11 @@
 #include <filesystem>
 #include <numeric>
 
+#include "base/input_file.h"
 #include "base/text.h"
 #include "notices.h"
 #include "psivox/error.h"
+#include "psivox/vdb.h"
 #include "scene/cuts.h"
 
 namespace psivox {
@@ -58,8 +60,7 @@ void name_outputs(const RenderCall& call, FrameList& list) {
   }
   for (Frame& frame : list.frames) {
     frame.output = pattern ? pattern->path(frame.number) : call.output;
-    const WrittenFile written[] = {{"-o", frame.output}};
-    check_overwriting(written, std::span(&frame.input, 1));
+    InputProtection::expect(frame_of_file(frame.input).file);
   }
 }
 
@@ -68,9 +69,11 @@ void check_beside(const std::string& option, const std::string& name, const Fram
   const auto files = FramePattern::of_placeholder(name);
   if (!files) return;
   std::vector<int> missing;
-  for (const Frame& frame : list.frames)
-    if (!std::filesystem::exists(LayerOfFile(files->path(frame.number)).file))
-      missing.push_back(frame.number);
+  for (const Frame& frame : list.frames) {
+    const std::string file = LayerOfFile(files->path(frame.number)).file;
+    if (!std::filesystem::exists(file)) missing.push_back(frame.number);
+    InputProtection::expect(file);
+  }
   if (!missing.empty())
     throw Error(ExitCode::input,
                 option + " " + in_quotes(name) + " has no file for: " + frames_text(missing));
@@ -163,6 +166,7 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   check_beside("--holdout", scene.holdout, list);
   for (const std::string& volume : scene.volumes)
     check_beside("--and", scene_of_volume(scene, volume).input, list);
+  for (const Frame& frame : list.frames) check_outputs(call, frame.output);
   return list;
 }
 

@@ -11,10 +11,12 @@
 #include <initializer_list>
 #include <iostream>
 #include <new>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "base/input_file.h"
 #include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -151,6 +153,9 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
       end_cleanly_on({SIGTERM, SIGHUP});
     else if (name != "view")
       end_cleanly_on({SIGINT, SIGTERM, SIGHUP});
+    allow_typed_names(arguments);
+    std::optional<InputProtection> kept;
+    if (name != "view") kept.emplace();  // a window saves what it has opened
     return command.run(Arguments(arguments).subspan(1));
   }
   if (name.ends_with(".vdb") || name.ends_with(".nvdb"))

@@ -3,11 +3,13 @@
 #include <algorithm>
 #include <filesystem>
 
+#include "base/input_file.h"
 #include "base/text_file.h"
 #include "command_line.h"
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
+#include "psivox/vdb.h"
 #include "scene/cuts.h"
 
 namespace psivox {
@@ -166,13 +168,8 @@ void check(const RenderCall& call, const Scene& scene) {
     usage(
         "--holdout has depths of one camera, which moves here; name a file for each frame, such as "
         "z.####.exr");
-  const WrittenFile written[] = {{"-o", call.output},
-                                 {"--movie", call.movie},
-                                 {"--stats", call.stats},
-                                 {"--export-camera", call.camera}};
-  const std::string read[] = {scene.input, scene.transfer_function, call.camera_path,
-                              LayerOfFile(scene.holdout).file, scene.environment};
-  check_overwriting(written, read);
+  for (const std::string& file : files_of(scene)) InputProtection::expect(frame_of_file(file).file);
+  check_outputs(call, call.output);
   if (call.output.empty() && call.movie.empty()) {
     const bool of_volume = call.explain || !call.camera.empty();
     if (!call.print_scene && !of_volume) usage("no output; give " + likely_output(call));
@@ -211,18 +208,34 @@ Wish wish_of(const RenderCall& call) {
   return wish;
 }
 
-void check_overwriting(std::span<const WrittenFile> written, std::span<const std::string> read) {
+void check_overwriting(std::span<const WrittenFile> written) {
   for (std::size_t n = 0; n < written.size(); ++n) {
     const auto& [option, path] = written[n];
     const std::string what = std::string(option) + " " + in_quotes(path);
-    for (const std::string& input : read)
-      if (same_file(path, input))
-        usage(what + " is the input " + in_quotes(input) +
-              ", which it would replace; give another name");
+    const std::string input = is_file(path) ? InputProtection::input_at(path) : "";
+    if (!input.empty())
+      usage(what + " is the input " + in_quotes(input) +
+            ", which it would replace; give another name");
     for (const WrittenFile& other : written.first(n))
       if (same_file(path, other.path))
         usage(what + " is also the file of " + other.option + "; give another name");
   }
+}
+
+void check_outputs(const RenderCall& call, const std::string& picture) {
+  const std::string& scene = call.scene.file();
+  const bool renamed = call.thumbnail_name != call.output;
+  const WrittenFile written[] = {{"-o", picture},
+                                 {"--thumbnail", renamed ? call.thumbnail_name : ""},
+                                 {"--movie", call.movie},
+                                 {"--stats", call.stats},
+                                 {"--export-camera", call.camera}};
+  check_overwriting(written);
+  // the picture of a scene may be drawn again in its place, and have no other file there
+  for (const auto& [option, path] : std::span(written).subspan(1))
+    if (same_file(path, scene))
+      usage(std::string(option) + " " + in_quotes(path) + " is the input " + in_quotes(scene) +
+            ", which it would replace; give another name");
 }
 
 }  // namespace psivox

@@ -56,9 +56,13 @@ struct WrittenFile {
   std::string path;
 };
 
-/// Throws Error(usage) if one of the files is also read, by whatever name or link, or written by
-/// two options. Empty names and `-` are no files.
-void check_overwriting(std::span<const WrittenFile> written, std::span<const std::string> read);
+/// Throws Error(usage) if one of the files is an input of the call (see InputProtection), by
+/// whatever name or link, or written by two options. Empty names and `-` are no files.
+void check_overwriting(std::span<const WrittenFile> written);
+
+/// The same for all that the call writes beside a picture: once by the names of its inputs, and
+/// again when these were read and have told what lies beside them.
+void check_outputs(const RenderCall& call, const std::string& picture);
 
 struct Frame {
   int number = 0;

@@ -4,6 +4,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "base/input_file.h"
 #include "base/memory.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -111,7 +112,11 @@ bool stands(const RenderCall& call, FrameMaker& maker, const Frame& frame) {
   namespace fs = std::filesystem;
   try {
     const fs::file_time_type drawn = fs::last_write_time(frame.output);
-    std::map<std::string, std::string> found = metadata_of_whole(frame.output);
+    std::map<std::string, std::string> found;
+    {
+      const EarlierOutput standing;
+      found = metadata_of_whole(frame.output);
+    }
     const std::optional<Scene> scene = maker.scene_of(frame);
     const Scene wanted = scene ? *scene : maker.read(frame).scene;
     for (const std::string& file : files_of(wanted))
@@ -357,6 +362,7 @@ void render_frames(const RenderCall& call, const Scene& scene, const FrameList& 
       return open_marcher(scene);
     });
   FrameMaker maker(call, scene, list, path);
+  check_outputs(call, "");
   if (!call.quiet) print_choice(maker.sequence(), list, call.verbose);
   if (call.print_scene) std::cout << to_json(maker.sequence().scene) << std::flush;
   if (call.print_scene && !call.quiet && (call.turntable || call.follow || path))

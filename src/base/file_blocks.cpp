@@ -9,6 +9,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "base/input_file.h"
 #include "base/text.h"
 
 namespace psivox {
@@ -43,7 +44,9 @@ std::int64_t size_of(const std::filesystem::path& path) {
 }  // namespace
 
 FileBlocks::FileBlocks(const std::filesystem::path& path)
-    : path_(path.string()), size_(size_of(path)), file_(open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+    : path_(path.string()), size_(size_of(path)) {
+  std::string why;
+  file_ = open_input(path, why);
   if (file_ < 0) throw Error(ExitCode::input, path_ + ": cannot be opened for reading");
 }
 

@@ -8,13 +8,12 @@
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
-#include <fstream>
 #include <iostream>
-#include <iterator>
 #include <mutex>
 #include <set>
 #include <system_error>
 
+#include "base/input_file.h"
 #include "base/text.h"
 #include "psivox/error.h"
 
@@ -40,6 +39,18 @@ void write_whole(const std::string& path, std::FILE* file, const std::string& te
   if (error) fail(path, error);
 }
 
+/// Reads up to the end, and closes the file. Returns false, and sets errno, if the system cannot.
+bool read_whole(int file, std::string& text) {
+  std::vector<char> bytes(1 << 16);
+  ssize_t count;
+  while ((count = ::read(file, bytes.data(), bytes.size())) > 0 || (count < 0 && errno == EINTR))
+    if (count > 0) text.append(bytes.data(), std::size_t(count));
+  const int failure = errno;
+  ::close(file);
+  errno = failure;
+  return count == 0;
+}
+
 /// The file that symbolic links lead to, whether it exists or not.
 fs::path followed(fs::path path) {
   std::error_code ignored;
@@ -57,15 +68,12 @@ bool is_special(const fs::path& path) {
 }  // namespace
 
 std::string read_text(const std::string& path, const std::string& what) {
-  const auto refuse = [&](const char* why) {
+  std::string why, text;
+  const int file = path == "-" ? ::dup(STDIN_FILENO) : open_input(path, why);
+  if (file < 0 || !read_whole(file, text)) {
+    if (why.empty()) why = std::strerror(errno);
     throw Error(ExitCode::input, "cannot read " + what + " " + in_quotes(path) + ": " + why);
-  };
-  std::error_code ignored;
-  if (fs::is_directory(path, ignored)) refuse(std::strerror(EISDIR));
-  std::ifstream in(path, std::ios::binary);
-  if (!in) refuse(std::strerror(errno));
-  std::string text{std::istreambuf_iterator<char>(in), {}};
-  if (in.bad()) refuse(std::strerror(errno));
+  }
   return text;
 }
 
@@ -146,6 +154,9 @@ WrittenFolder::~WrittenFolder() {
 }
 
 HiddenFile::HiddenFile(const fs::path& target) : target_(followed(target)) {
+  if (const std::string input = InputProtection::input_at(target_); !input.empty())
+    throw Error(ExitCode::usage, in_quotes(target.string()) + " is the input " + in_quotes(input) +
+                                     ", which it would replace; give another name");
   const std::lock_guard guard(hidden().mutex);
   // The process id keeps two processes apart and the counter two threads; O_EXCL decides where a
   // process of another machine has the same.
@@ -175,6 +186,7 @@ int HiddenFile::open() const {
 void HiddenFile::show() {
   const std::lock_guard guard(hidden().mutex);
   if (::rename(path_.c_str(), target_.c_str()) != 0) fail(errno);
+  InputProtection::except(lock_);
   hidden().paths.erase(path_);
 }
 

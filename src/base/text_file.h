@@ -6,7 +6,8 @@
 
 namespace psivox {
 
-/// Reads the whole file. Throws Error(input): "cannot read WHAT 'PATH': why".
+/// Reads the whole file; `-` is the standard input. Throws Error(input): "cannot read WHAT 'PATH':
+/// why".
 std::string read_text(const std::string& path, const std::string& what);
 
 /// Writes `text` to a file beside `path` and renames it. Writes directly to anything that is not a
@@ -21,7 +22,7 @@ void check_text_writable(const std::string& path);
 class HiddenFile {
  public:
   /// Creates the file. A symbolic link stays; its own target, which may be missing, is what is
-  /// written. Throws std::system_error.
+  /// written. Throws std::system_error, and Error(usage) where InputProtection holds the target.
   explicit HiddenFile(const std::filesystem::path& target);
   /// Removes the file, unless it has got its name.
   ~HiddenFile();

@@ -6,10 +6,10 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <limits>
 #include <system_error>
 
+#include "base/input_file.h"
 #include "base/text.h"
 
 namespace fs = std::filesystem;
@@ -127,13 +127,13 @@ Format format_from_contents(const fs::path& path) {
   }
   if (fs::is_directory(status)) throw read_error(path, "it is a directory");
 
-  errno = 0;
-  std::ifstream file(path, std::ios::binary);
-  if (!file) throw read_error(path, errno != 0 ? std::strerror(errno) : "it cannot be opened");
-
+  std::string why;
+  const int file = open_input(path, why);
+  if (file < 0) throw read_error(path, why);
   std::array<char, 12> bytes{};
-  file.read(bytes.data(), bytes.size());
-  const auto format = format_from_start({bytes.data(), std::size_t(file.gcount())});
+  const ssize_t count = ::read(file, bytes.data(), bytes.size());
+  ::close(file);
+  const auto format = format_from_start({bytes.data(), std::size_t(std::max<ssize_t>(count, 0))});
   if (!format) throw read_error(path, "it is no EXR, PNG, TIFF, JPEG, HDR or WebP file");
   return *format;
 }

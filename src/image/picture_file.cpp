@@ -2,6 +2,7 @@
 
 #include <cstdlib>
 
+#include "base/input_file.h"
 #include "base/memory.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
@@ -190,9 +191,8 @@ SceneFile read_scene_file(const std::string& path) {
                                      "a .json or a picture that psivox wrote");
   SceneFile file;
   std::string text, old_folder;
-  if (path == "-") {
-    text = read_text("/dev/stdin", "scene");
-  } else if (has_picture_extension(path)) {
+  if (path != "-" && has_picture_extension(path)) {
+    const EarlierOutput drawn;
     std::map<std::string, std::string> metadata = read_metadata(path);
     text = metadata["psivox:scene"];
     old_folder = metadata["psivox:folder"];

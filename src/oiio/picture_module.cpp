@@ -5,6 +5,8 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -18,6 +20,7 @@
 #include <string_view>
 #include <vector>
 
+#include "base/input_file.h"
 #include "base/text.h"
 #include "colour/colour.h"
 #include "image/formats.h"
@@ -223,6 +226,11 @@ OIIO::ColorConfig& config_of(const OcioView& view) {
   if (config) return *config;
   if (!OIIO::ColorConfig::supportsOpenColorIO())
     throw Error(ExitCode::failure, "--ocio: this OpenImageIO was built without OpenColorIO");
+  if (std::string why; !view.config.starts_with("ocio://")) {  // OpenColorIO's own
+    const int file = open_input(view.config, why);
+    if (file < 0) throw refused(view, why);
+    ::close(file);
+  }
   auto read = std::make_unique<OIIO::ColorConfig>(view.config);
   if (read->has_error()) throw refused(view, read->geterror());
   if (read->getNumDisplays() == 0) throw refused(view, "it has no display");

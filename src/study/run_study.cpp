@@ -6,6 +6,7 @@
 #include <map>
 #include <thread>
 
+#include "base/input_file.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -193,6 +194,7 @@ class StudyRun {
 
   void resume() {
     if (!options_.resume || !fs::exists(options_.folder / results_name)) return;
+    const EarlierOutput earlier;
     const StudyResults begun = read_results(options_.folder);
     const std::string obstacle = resume_obstacle(begun, base_, plan_);
     if (!obstacle.empty())

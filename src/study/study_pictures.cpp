@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
+#include "base/input_file.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -86,8 +87,10 @@ Image StudyPictures::make_reference(const Variant& variant) {
   wish.scene = own;
   wish.layers.error = true;
   const std::string text = to_json(own);
-  if (options_.resume && fs::exists(path) && read_metadata(path, "psivox:scene") == text)
-    return read_image(path);
+  if (options_.resume && fs::exists(path)) {
+    const EarlierOutput drawn;
+    if (read_metadata(path, "psivox:scene") == text) return read_image(path);
+  }
   Image image = session_.draw(*by_reference, wish).image;
   image.metadata["psivox:scene"] = text;
   write_image(image, path);
