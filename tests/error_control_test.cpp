@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "march_cases.h"
+#include "plan/light_through.h"
 #include "plan/pilot.h"
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
@@ -206,6 +207,64 @@ TEST(PlanMarch, ALampThatNoPilotRayMeetsShinesThroughAnOpaqueWall) {
   const Comparison lost =
       compare_images(render_march_double(sooner, atlas).image, render_reference(view).image);
   EXPECT_GE(lost.max, 0.1);
+}
+
+/// Errors of the picture of a plan, in front of the view's background.
+ErrorSum seen(const MarchPlan& plan, const MediumAtlas& atlas) {
+  const View& marched = plan.march->view;
+  const Image truth = render_reference(with_method(marched, exact_method(marched))).image;
+  return seen_errors(planned(plan, atlas), truth, Backdrop(marched));
+}
+
+TEST(PlanMarch, WhatIsBehindTheMediumShinesThroughIt) {
+  for (const double radiance : {30.0, 1000.0})
+    for (const double tolerance : {1e-2, 1e-3}) {
+      View view = with_tolerance(blobs_view(true, {48, 48}), tolerance);
+      view.scene.background = glm::dvec3(radiance, 0.1, 1);
+      const MediumAtlas atlas = build_medium_atlas(view);
+      const MarchPlan plan = plan_march(view, atlas);
+      const ErrorSum errors = seen(plan, atlas);
+      EXPECT_LE(errors.rms(), tolerance) << radiance;
+      EXPECT_GE(plan.chosen.rms, errors.rms() / 2) << radiance;
+      EXPECT_LE(early_termination(plan.march->view), tolerance / (2 * radiance));
+    }
+}
+
+TEST(PlanMarch, ASunBehindAThinFogIsSeenThroughIt) {
+  const glm::ivec2 size(64, 32);
+  for (const int column : {31, 32, 33}) {
+    std::vector<glm::vec3> sky(64 * 32, glm::vec3(0.5f));
+    sky[std::size_t(16 * 64 + column)] = glm::vec3(2000);
+    View view = with_tolerance(blobs_view(false, {48, 48}), 1e-3);
+    view.medium.extinction = 0.3;
+    view.environment =
+        std::make_shared<const Environment>(size, sky, false, 3.14159);  // towards -Z
+    view.scene.background = Background();
+    view.scene.background->environment = true;
+    EXPECT_GT(Backdrop(view).greatest(), 100) << column;
+    const MediumAtlas atlas = build_medium_atlas(view);
+    const MarchPlan plan = plan_march(view, atlas);
+    EXPECT_LE(seen(plan, atlas).rms(), 1e-3) << method_text(plan.chosen.method);
+  }
+}
+
+TEST(LightThrough, CountsWhatShinesWithoutDensity) {
+  View view = fog_with_a_spark();
+  const MediumAtlas atlas = build_medium_atlas(view);
+  // of the pixels that are looked at one meets the spark's voxel, in whose middle it is brightest
+  double brightest = 0;
+  const Image truth = render_reference(view).image;
+  for (const glm::ivec2& pixel : glowing_pixels(view, atlas))
+    brightest = std::max(brightest, double(truth.rgba()[4 * truth.index(pixel.x, pixel.y)]));
+  EXPECT_GE(brightest, 0.5 * double(std::ranges::max(truth.rgba())));
+  // it counts for the bricks in that part of the picture
+  const SeenPixel spark{{24, 8}, 70};
+  const std::vector<double> through =
+      light_through(view, atlas, Backdrop(view), std::span(&spark, 1));
+  EXPECT_EQ(std::ranges::max(through), 70);
+  EXPECT_EQ(std::ranges::min(through), 1);
+  view.scene.background = glm::dvec3(0, 30, 0);
+  for (const double light : light_through(view, atlas, Backdrop(view))) EXPECT_GE(light, 30);
 }
 
 TEST(PlanMarch, FeaturesBetweenThePilotsRaysAreNotSteppedOver) {

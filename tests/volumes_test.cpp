@@ -152,6 +152,19 @@ TEST_P(VolumeTolerance, IsKept) {
   }
 }
 
+TEST_F(VolumesOnTheGpu, ALampShinesThroughTheCodesOfAFog) {
+  Scene scene = scene_with({assets + "single_voxel.vdb extinction=50 scale=0.3"});
+  scene.input = assets + "blobs.vdb";
+  scene.extinction = 1;
+  for (const double luminance : {1e3, 3e4}) {
+    Scene lamp = scene;
+    lamp.volumes[0] += " luminance=" + std::to_string(luminance) + ",1,1";
+    const Image truth = drawn(lamp, *open_reference());
+    lamp.tolerance = 1e-3;
+    EXPECT_LE(compare_images(drawn(lamp, *Gpu::renderer()), truth).rms, 1e-3) << luminance;
+  }
+}
+
 /// Layer `bound`, against the march in double, which shares no code with the reference.
 TEST_F(VolumesOnTheGpu, AreBoundedInEveryPixel) {
   Scene scene = lit_scene(2);

@@ -10,6 +10,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/block_map.h"
+#include "atlas/page_walk.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
 
@@ -22,7 +23,11 @@ class BrickPlaces {
   explicit BrickPlaces(const BrickAtlas& atlas)
       : pages_(atlas.pages), numbers_(atlas.bricks.size()) {
     places_.reserve(atlas.bricks.size());
-    visit(0, pages_.top_size, pages_.levels - 1, glm::ivec3(0));
+    for_entries(pages_, [&](std::uint32_t entry, const glm::ivec3& at, int) {
+      if (entry_kind(entry) != EntryKind::brick) return;
+      numbers_.insert(at, std::int32_t(places_.size()));
+      places_.push_back({at, pages_.slot(entry)});
+    });
   }
 
   std::size_t size() const { return places_.size(); }
@@ -41,19 +46,6 @@ class BrickPlaces {
     glm::ivec3 brick;
     std::uint32_t slot;
   };
-
-  void visit(std::size_t base, const glm::ivec3& size, int level, const glm::ivec3& first) {
-    std::size_t index = base;
-    for_points({glm::ivec3(0), size - 1}, [&](const glm::ivec3& in_table) {
-      const std::uint32_t entry = pages_.entries[index++];
-      const glm::ivec3 at = first + in_table * (1 << (3 * level));
-      if (entry_kind(entry) == EntryKind::child)
-        visit(entry_payload(entry), glm::ivec3(8), level - 1, at);
-      if (entry_kind(entry) != EntryKind::brick) return;
-      numbers_.insert(at, std::int32_t(places_.size()));
-      places_.push_back({at, pages_.slot(entry)});
-    });
-  }
 
   const PageTable& pages_;
   std::vector<Place> places_;

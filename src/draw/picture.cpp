@@ -148,10 +148,12 @@ void Picture::add_error(const Medium& medium) {
   whole.progress = of_stage(wish_.progress, Stage::checking);
   const Image better = marcher_.render(exact, whole).image;
   const CheckedError left = exact_error(exact, marcher_.render(pilot_view(exact)).image);
+  const Backdrop behind(view_);
+  const ErrorSum errors = seen_errors(drawn_.image, better, behind);
   drawn_.difference = compare_images(drawn_.image, better);
-  drawn_.difference->rms = std::hypot(drawn_.difference->rms, left.rms);
-  drawn_.difference->max += left.max;
-  drawn_.image.layers.push_back(error_layer(drawn_.image, better, left.rms));
+  drawn_.difference->rms = std::hypot(errors.rms(), left.rms);
+  drawn_.difference->max = errors.max + left.max;
+  drawn_.image.layers.push_back(error_layer(drawn_.image, better, behind, left.rms));
 }
 
 void Picture::add_bound(const Medium& medium) {

@@ -6,9 +6,9 @@
 
 #include "base/text.h"
 #include "canvas.h"
+#include "medium/backdrop.h"
 #include "psivox/camera.h"
 #include "scene/color.h"
-#include "scene/environment.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -78,12 +78,7 @@ Legend legend_of(const View& view) {
   Legend legend;
   if (view.scene.color_bar) legend.colors = color_scale(view);
   if (view.scene.scale_bar) legend.lengths = scale_bar(view);
-  const glm::ivec2 size = view.scene.resolution;
-  if (view.environment && view.scene.background && view.scene.background->environment)
-    for (int y = 0; y < size.y; ++y)
-      for (int x = 0; x < size.x; ++x)
-        legend.behind.emplace_back(
-            view.environment->at(camera_ray(view.camera, size, x + 0.5, y + 0.5).direction));
+  legend.behind = Backdrop(view).pixels();
   return legend;
 }
 

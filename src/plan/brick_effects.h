@@ -97,6 +97,11 @@ class Peak {
     return peak + std::max({ambient.x, ambient.y, ambient.z});
   }
 
+  bool depends_on_value() const {
+    return medium_.source == LuminanceSource::density ||
+           medium_.source == LuminanceSource::transfer;
+  }
+
  private:
   const Medium& medium_;
   double factor_ = 1;

@@ -48,23 +48,23 @@ constexpr double paying_look_ups = 0.1;
 constexpr double scarce = 0.25;
 
 /// By slot: how much one voxel changes the picture if the brick's values change by 1.
-std::vector<double> effects_of_values(const View& view, const MediumAtlas& atlas) {
-  const Medium& medium = view.medium;
-  const Peak peak(view, atlas);
+std::vector<double> effects_of_values(const PlannedMarch& planned, const MediumAtlas& atlas) {
+  const Medium& medium = planned.view.medium;
   const double scale = medium.extinction * finest_voxel(*medium.density);
   const double brightness = std::max({medium.color.x, medium.color.y, medium.color.z});
   std::optional<FunctionBends> bends;
   if (medium.transfer) bends.emplace(*medium.transfer);
+  const std::vector<BrickStats>& bricks = atlas.density.bricks;
   std::vector<double> effects;
-  effects.reserve(atlas.density.bricks.size());
-  for (const BrickStats& brick : atlas.density.bricks) {
-    const double min = brick.min, max = brick.max;
+  effects.reserve(bricks.size());
+  for (std::size_t i = 0; i < bricks.size(); ++i) {
+    const double min = bricks[i].min, max = bricks[i].max;
     FunctionBend bend{.most = max};
     if (bends) bend = bends->between(min, max);
     double light = 0;
     if (medium.source == LuminanceSource::density) light = brightness;
     if (medium.source == LuminanceSource::transfer) light = brightness * bend.color_slope;
-    effects.push_back(scale * bend.slope * std::max(1.0, peak.at(min, max)) +
+    effects.push_back(scale * bend.slope * planned.through[i] +
                       std::min(1.0, scale * bend.most) * light);
   }
   return effects;
@@ -93,8 +93,8 @@ ErrorSum errors_by(const BrickCodes& codes, const MediumAtlas& atlas, const Plan
     march.march(these, std::span(rays).first(some), progress);
     for (std::size_t i = 0; i < some; ++i) {
       const std::size_t at = truth.index(these[i].x, these[i].y);
-      for (int c = 0; c < 4; ++c)
-        sum.add(double(rays[i].picture[c]) - double(truth.rgba()[4 * at + std::size_t(c)]), at);
+      const glm::dvec4 error = seen_error(truth, planned.behind, at, &rays[i].picture.x);
+      for (int c = 0; c < 4; ++c) sum.add(error[c], at);
     }
   }
   return sum;
@@ -135,7 +135,7 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, b
       double(atlas.density.size.texel_bytes + (beside ? beside->size.texel_bytes : 0));
   if (!plan.reached || plan.rays == 0) return;
   if (!fewest_bytes && !are_worthwhile(plan, view.scene, bytes)) return;
-  const std::vector<double> effects = effects_of_values(view, atlas);
+  const std::vector<double> effects = effects_of_values(*plan.march, atlas);
   const glm::dvec3& color = view.medium.color;
   const double brightness = std::max({color.x, color.y, color.z, 1e-30});
   const double most = bytes * (beside && !fewest_bytes ? worthwhile_in_light : worthwhile);

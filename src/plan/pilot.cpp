@@ -75,6 +75,14 @@ double lattice_cost(const Method& method, const MethodView& marched) {
 
 }  // namespace
 
+glm::dvec4 seen_error(const Image& truth, const Backdrop& behind, std::size_t pixel,
+                      const float* rgba) {
+  glm::dvec4 difference;
+  for (int c = 0; c < 4; ++c)
+    difference[c] = double(rgba[c]) - double(truth.rgba()[4 * pixel + std::size_t(c)]);
+  return behind.seen(difference, pixel);
+}
+
 View pilot_view(const View& view) {
   // keeps the aspect ratio to a fraction of a pixel, and the rays' positions in their pixels
   View small = view;
@@ -83,11 +91,12 @@ View pilot_view(const View& view) {
   return small;
 }
 
-Pilot::Pilot(const View& exact, const View& ended, const MediumAtlas& atlas,
+Pilot::Pilot(const View& exact, const View& ended, const Backdrop& behind, const MediumAtlas& atlas,
              const Progress& progress)
     : atlas_(atlas) {
   if (progress) progress_ = [progress](double) { progress(0); };
   const glm::ivec2 size = pilot_size(exact.scene.resolution);
+  behind_ = behind.reduced(size);
   order_ = spread_evenly(size);
   const std::size_t count = order_.size();
   truth_ = rgba_image(size.x, size.y);
@@ -144,12 +153,11 @@ std::vector<glm::ivec2> Pilot::pixels_of(std::span<const int> rays) const {
 
 RayError Pilot::error_of(int ray, const MarchedRay& marched) const {
   RayError error{.samples = marched.samples};
-  for (std::size_t c = 0; c < 4; ++c) {
-    const double difference =
-        double(marched.picture[glm::length_t(c)]) - double(truth_.rgba()[4 * std::size_t(ray) + c]);
-    if (!std::isfinite(difference)) continue;  // the device's picture tells, see confirm()
-    error.squares += difference * difference;
-    error.largest = std::max(error.largest, std::abs(difference));
+  const glm::dvec4 difference = seen_error(truth_, behind_, std::size_t(ray), &marched.picture.x);
+  for (int c = 0; c < 4; ++c) {
+    if (!std::isfinite(difference[c])) continue;  // the device's picture tells, see confirm()
+    error.squares += difference[c] * difference[c];
+    error.largest = std::max(error.largest, std::abs(difference[c]));
   }
   return error;
 }

@@ -4,6 +4,7 @@
 
 #include "march/march_double.h"
 #include "march/marcher.h"
+#include "medium/backdrop.h"
 
 namespace psivox {
 
@@ -42,18 +43,21 @@ struct RayError {
 class Pilot {
  public:
   /// `exact`: the view by the method that counts as the truth. `ended`: the same, but its rays end
-  /// as the picture's do. `progress`: see plan_march.
-  Pilot(const View& exact, const View& ended, const MediumAtlas& atlas, const Progress& progress);
+  /// as the picture's do. `behind`: the picture's. `progress`: see plan_march.
+  Pilot(const View& exact, const View& ended, const Backdrop& behind, const MediumAtlas& atlas,
+        const Progress& progress);
 
   /// The pilot's picture, marched exactly.
   const Image& truth() const { return truth_; }
+  /// What is behind its pixels.
+  const Backdrop& behind() const { return behind_; }
   /// Errors of the exact method, by ray, with the picture's early termination.
   std::span<const RayError> exact_errors() const { return exact_errors_; }
   /// Field look-ups of the truth, by ray.
   std::span<const double> exact_samples() const { return exact_samples_; }
   /// Rays that show anything.
   int telling_rays() const;
-  /// Largest radiance of a ray.
+  /// Largest radiance of a ray, without what is behind the medium.
   double brightest() const;
 
   /// All rays, in an order whose every beginning is spread evenly over the picture.
@@ -73,6 +77,7 @@ class Pilot {
   const MediumAtlas& atlas_;
   Progress progress_;
   Image truth_;
+  Backdrop behind_;
   std::vector<int> order_;
   std::vector<RayError> exact_errors_;
   std::vector<double> exact_samples_;

@@ -32,8 +32,12 @@ MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
   const Image& truth = trials.pilot().truth();
   plan.rays = truth.width * truth.height;
   plan.samples = trials.pilot().all_samples();
-  plan.march = std::make_shared<PlannedMarch>(
-      PlannedMarch{std::move(marched.view), std::move(marched.brick_steps), truth, {}});
+  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(marched.view),
+                                                           std::move(marched.brick_steps),
+                                                           truth,
+                                                           {},
+                                                           trials.pilot().behind(),
+                                                           trials.through()});
   return plan;
 }
 
@@ -111,9 +115,13 @@ std::vector<glm::ivec2> stratified_pixels(const glm::ivec2& size, int count) {
   return pixels;
 }
 
-/// The view with the transmittance at which its rays end.
-View with_termination(View view) {
+/// The view with the transmittance at which its rays end. What is left out of a ray is at most as
+/// bright as the medium or what is behind it.
+View with_termination(View view, const Backdrop& behind) {
+  const double by_light = 2 * view.scene.resolved_early_termination() / behind.greatest();
+  const bool given = view.scene.early_termination.has_value();
   view.scene.early_termination = early_termination(view);
+  if (!given) *view.scene.early_termination = std::min(*view.scene.early_termination, by_light);
   return view;
 }
 
@@ -131,8 +139,8 @@ MarchPlan exact_plan(const View& view) {
   MarchPlan plan;
   plan.chosen.method = exact_method(view);
   plan.chosen.rms = arithmetic_error;
-  View exact = with_method(with_termination(view), plan.chosen.method);
-  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}, {}});
+  View exact = with_method(with_termination(view, Backdrop(view)), plan.chosen.method);
+  plan.march = std::make_shared<PlannedMarch>(PlannedMarch{std::move(exact), {}, {}});
   return plan;
 }
 
@@ -140,7 +148,8 @@ View budget_unit(const View& view) { return with_method(view, budget_method(view
 
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);
-  Trials trials(with_termination(view), atlas, *view.scene.tolerance, progress);
+  const Backdrop behind(view);
+  Trials trials(with_termination(view, behind), behind, atlas, *view.scene.tolerance, progress);
   Trial best = trials.run_exact();
   if (!view.medium.others.empty()) return plan_of(trials, best, best.accepted);
   if (trials.pilot().telling_rays() < fewest_telling) return plan_of(trials, best, best.accepted);
@@ -154,7 +163,8 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress&
 MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
                       const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);
-  Trials trials(with_termination(view), atlas, 0, progress);
+  const Backdrop behind(view);
+  Trials trials(with_termination(view, behind), behind, atlas, 0, progress);
   const double most = budget * trials.run(budget_method(view), worst_brick).cost;
   std::optional<Trial> best;
   const auto consider_time = [&](const Trial& trial) {
@@ -171,29 +181,35 @@ MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
 }
 
 void confirm(MarchPlan& plan, const Image& drawn) {
-  const Comparison c = compare_images(drawn, plan.march->truth);
+  const ErrorSum errors = seen_errors(drawn, plan.march->truth, plan.march->behind);
   const double broken = std::numeric_limits<double>::infinity();
-  plan.chosen.rms = c.not_finite ? broken : std::hypot(c.rms, plan.light_rms);
-  plan.chosen.max = c.not_finite ? broken : c.max + plan.light_max;
+  const bool finite = std::isfinite(errors.squares);
+  plan.chosen.rms = finite ? std::hypot(errors.rms(), plan.light_rms) : broken;
+  plan.chosen.max = finite ? errors.max + plan.light_max : broken;
 }
 
 CheckedError exact_error(const View& exact, const Image& drawn) {
   return check_pixels(pilot_view(exact), drawn, drawn.width * drawn.height);
 }
 
-Layer error_layer(const Image& picture, const Image& better, double common) {
-  if (picture.width != better.width || picture.height != better.height)
-    throw Error(ExitCode::failure, "pictures of different sizes have no error layer");
+ErrorSum seen_errors(const Image& picture, const Image& truth, const Backdrop& behind) {
+  if (picture.width != truth.width || picture.height != truth.height)
+    throw Error(ExitCode::failure, "pictures of different sizes have no error");
+  ErrorSum errors;
+  for (std::size_t i = 0; i < truth.pixels(); ++i) {
+    const glm::dvec4 difference = seen_error(truth, behind, i, &picture.rgba()[4 * i]);
+    for (int c = 0; c < 4; ++c) errors.add(difference[c], i);
+  }
+  return errors;
+}
+
+Layer error_layer(const Image& picture, const Image& better, const Backdrop& behind,
+                  double common) {
   Layer layer{"error", {"error"}, {}};
-  const auto a = picture.rgba(), b = better.rgba();
-  layer.values.reserve(a.size() / 4);
-  for (std::size_t i = 0; i < a.size(); i += 4) {
-    double squares = 0;
-    for (std::size_t c = 0; c < 4; ++c) {
-      const double d = double(a[i + c]) - double(b[i + c]);
-      squares += d * d;
-    }
-    layer.values.push_back(float(std::hypot(std::sqrt(squares / 4), common)));
+  layer.values.reserve(picture.pixels());
+  for (std::size_t i = 0; i < picture.pixels(); ++i) {
+    const double rms = glm::length(seen_error(better, behind, i, &picture.rgba()[4 * i])) / 2;
+    layer.values.push_back(float(std::hypot(rms, common)));
   }
   return layer;
 }
@@ -204,10 +220,13 @@ CheckedError check_pixels(const View& view, const Image& picture, int pixels,
   const std::vector<glm::dvec4> truth = reference_pixels(view, places, 1e-12, progress);
   CheckedError error{int(places.size())};
   ErrorSum sum;
+  const Backdrop behind(view);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto at = picture.index(places[i].x, places[i].y);
-    for (int c = 0; c < 4; ++c)
-      sum.add(double(picture.rgba()[4 * at + std::size_t(c)]) - truth[i][c], i);
+    glm::dvec4 drawn;
+    for (int c = 0; c < 4; ++c) drawn[c] = double(picture.rgba()[4 * at + std::size_t(c)]);
+    const glm::dvec4 difference = behind.seen(drawn - truth[i], at);
+    for (int c = 0; c < 4; ++c) sum.add(difference[c], i);
   }
   error.rms = sum.rms();
   error.max = sum.max;

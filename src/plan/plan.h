@@ -1,6 +1,8 @@
 #pragma once
 
+#include "base/statistics.h"
 #include "march/marcher.h"
+#include "medium/backdrop.h"
 
 namespace psivox {
 
@@ -10,6 +12,8 @@ struct PlannedMarch {
   BrickSteps brick_steps;    ///< null: one step everywhere
   Image truth;               ///< the pilot's rays, exact in double; empty if no method was tried
   CodeWidths code_widths{};  ///< null: float32
+  Backdrop behind{};         ///< the pilot's rays
+  std::vector<double> through{};  ///< see light_through
 };
 
 /// Finds the cheapest method for `view` whose RMS error over R G B A is at most its scene's
@@ -59,9 +63,17 @@ void confirm(MarchPlan& plan, const Image& drawn);
 /// view's pilot_view; the reference is the truth.
 CheckedError exact_error(const View& exact, const Image& drawn);
 
+/// The difference of a pixel from the truth, in front of what is behind it.
+glm::dvec4 seen_error(const Image& truth, const Backdrop& behind, std::size_t pixel,
+                      const float* rgba);
+
+/// Errors of a picture by pixels, over all channels, in front of what is behind it.
+ErrorSum seen_errors(const Image& picture, const Image& truth, const Backdrop& behind);
+
 /// Layer `error`: per pixel, the root-mean-square difference over R G B A between a picture and a
 /// better one, combined with `common`, an error that both share. The layer's RMS is the picture's.
-Layer error_layer(const Image& picture, const Image& better, double common = 0);
+Layer error_layer(const Image& picture, const Image& better, const Backdrop& behind = {},
+                  double common = 0);
 
 /// Session::check_error for any view.
 CheckedError check_pixels(const View& view, const Image& picture, int pixels,

@@ -41,22 +41,16 @@ double greatest_slope(const float* values) {
 
 }  // namespace
 
-StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double brightest)
+StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double brightest,
+                       std::span<const double> through)
     : density_(atlas.density),
       bounds_(atlas.density.bricks.size()),
       complete_(atlas.density.bricks.size()) {
   const Medium& medium = view.medium;
   const std::vector<BrickStats>& bricks = atlas.density.bricks;
-  const Peak peak(view, atlas);
   const double scale = medium.extinction * finest_voxel(*medium.density);
   kink_scale_ = scale * kinks_share;
   const double floor = std::max(1.0, brightest);
-  double least = 0, most = 0;
-  for (const BrickStats& brick : bricks) {
-    least = std::min(least, double(brick.min));
-    most = std::max(most, double(brick.max));
-  }
-  const double highest = peak.at(least, most);  // of any brick
   std::optional<FunctionBends> bends;
   if (medium.transfer) bends.emplace(*medium.transfer);
   for (std::size_t i = 0; i < bricks.size(); ++i) {
@@ -68,7 +62,7 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double bright
       bend.turn = 1e38;
     }
     Bound& bound = bounds_[i];
-    bound.effect = std::max(floor, highest > floor ? peak.at(min, max) : 0);
+    bound.effect = std::max(floor, through[i]);
     bound.first = scale * bend.range / 2;
     bound.slope = bend.slope;
     bound.turn = bend.turn;

@@ -115,13 +115,28 @@ void Attempt::update() {
   trial_.accepted = !refused_ && trial_.rms <= limits_.rms;
 }
 
-Trials::Trials(const View& view, const MediumAtlas& atlas, double tolerance,
+Trials::Trials(const View& view, const Backdrop& behind, const MediumAtlas& atlas, double tolerance,
                const Progress& progress)
     : view_(view),
       atlas_(atlas),
       tolerance_(tolerance),
-      pilot_(exactly(view, truth_termination), exactly(view, 1), atlas, progress),
+      pilot_(exactly(view, truth_termination), exactly(view, 1), behind, atlas, progress),
+      through_(light_through(view, atlas, behind, unmet_light(progress))),
       last_errors_(pilot_.even_order().size()) {}
+
+std::vector<SeenPixel> Trials::unmet_light(const Progress& progress) const {
+  const std::vector<glm::ivec2> pixels = glowing_pixels(view_, atlas_);
+  if (pixels.empty()) return {};
+  std::vector<MarchedRay> rays(pixels.size());
+  PixelMarch(exactly(view_, truth_termination), atlas_).march(pixels, rays, progress);
+  std::vector<SeenPixel> seen;
+  for (std::size_t i = 0; i < pixels.size(); ++i) {
+    const glm::vec4& light = rays[i].picture;
+    const double radiance = double(std::max({light.x, light.y, light.z}));
+    if (radiance > brightness_share * pilot_.brightest()) seen.push_back({pixels[i], radiance});
+  }
+  return seen;
+}
 
 double Trials::target() const { return pilot_safety * tolerance_; }
 
@@ -202,7 +217,7 @@ Trial Trials::run_exact() {
 double Trials::widest(double brick) { return bounds().widest(brick * tolerance_); }
 
 StepBounds& Trials::bounds() {
-  if (!bounds_) bounds_.emplace(view_, atlas_, brightness_share * pilot_.brightest());
+  if (!bounds_) bounds_.emplace(view_, atlas_, brightness_share * pilot_.brightest(), through_);
   return *bounds_;
 }
 

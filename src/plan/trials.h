@@ -5,6 +5,7 @@
 #include <optional>
 #include <vector>
 
+#include "plan/light_through.h"
 #include "plan/pilot.h"
 
 namespace psivox {
@@ -16,8 +17,10 @@ inline constexpr double widest_step = 16, narrowest_step = 1.0 / 64;
 /// feature between samples is lost. (docs/method.md, "Asked for an error")
 class StepBounds {
  public:
-  /// `brightest`: the largest radiance behind any brick. The atlas must outlive it.
-  StepBounds(const View& view, const MediumAtlas& atlas, double brightest);
+  /// `brightest`: the largest radiance behind any brick that the pilot met; `through`: see
+  /// light_through. The atlas must outlive it.
+  StepBounds(const View& view, const MediumAtlas& atlas, double brightest,
+             std::span<const double> through);
 
   /// For each brick, the fraction of the step at which its bound is `error` [radiance, opacity], at
   /// most 1. Null where all are 1.
@@ -114,10 +117,13 @@ inline constexpr double worst_brick = 64, narrow_brick = 16;
 class Trials {
  public:
   /// The view has the transmittance at which rays end. `progress`: see plan_march.
-  Trials(const View& view, const MediumAtlas& atlas, double tolerance, const Progress& progress);
+  Trials(const View& view, const Backdrop& behind, const MediumAtlas& atlas, double tolerance,
+         const Progress& progress);
 
   const View& view() const { return view_; }
   const Pilot& pilot() const { return pilot_; }
+  /// See light_through.
+  const std::vector<double>& through() const { return through_; }
   std::vector<Trial> done() const;
 
   /// RMS that a trial must reach. It is below the tolerance because the pilot's rays are a sample.
@@ -144,6 +150,8 @@ class Trials {
   double cost_by(Integrator rule, const Trial& trial);
 
  private:
+  /// Pixels that are brighter than what the pilot's rays let expect.
+  std::vector<SeenPixel> unmet_light(const Progress& progress) const;
   StepBounds& bounds();
   ErrorLimits limits() const;
   MethodView view_of(const Method& method, double brick);
@@ -159,6 +167,7 @@ class Trials {
   const MediumAtlas& atlas_;
   double tolerance_;
   Pilot pilot_;
+  std::vector<double> through_;
   std::optional<StepBounds> bounds_;
   std::vector<Attempt> attempts_;
   std::vector<double> last_errors_;  ///< by ray, of the method that marched it last; else 0
