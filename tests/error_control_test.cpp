@@ -248,6 +248,39 @@ TEST(PlanMarch, ASunBehindAThinFogIsSeenThroughIt) {
   }
 }
 
+/// Errors of the picture that a plan draws by codes.
+ErrorSum by_codes(MarchPlan plan, const MediumAtlas& atlas) {
+  choose_codes(plan, atlas, 1e-3, true, {});
+  const CodeWidths& widths = plan.march->code_widths;
+  return seen(plan, widths ? coded(atlas, *widths) : atlas);
+}
+
+TEST(PlanMarch, ALampThatNoPilotRayMeetsShinesThroughCodes) {
+  const Box box{glm::ivec3(0), glm::ivec3(63)};
+  const auto fog = [](const glm::ivec3& at) {
+    const glm::dvec3 d = glm::dvec3(at) - 32.0;
+    return float(std::exp(-glm::dot(d, d) / 300) * (0.3 + 0.7 * double(noise(at))));
+  };
+  const auto lamp = [](const glm::ivec3& at) { return at == glm::ivec3(40, 40, 9) ? 1.0f : 0.0f; };
+  Scene scene = small_scene(128, 0.02);
+  scene.emission_grid = "lamp";
+  scene.emission_scale = 2000;
+  const View view = with_tolerance(
+      make_view(scene, MediumFields{share(make_field(box, fog)),
+                                    nullptr,
+                                    nullptr,
+                                    {{&emission_options[0], share(make_field(box, lamp))}}}),
+      1e-3);
+  const MediumAtlas atlas = build_medium_atlas(view);
+  MarchPlan plan = plan_march(view, atlas);
+  EXPECT_LE(by_codes(plan, atlas).rms(), 1e-3);
+  // codes that count the density's own luminance alone
+  PlannedMarch forgetful = *plan.march;
+  std::ranges::fill(forgetful.through, 1.0);
+  plan.march = std::make_shared<PlannedMarch>(forgetful);
+  EXPECT_GE(by_codes(plan, atlas).rms(), 2e-3);
+}
+
 TEST(LightThrough, CountsWhatShinesWithoutDensity) {
   View view = fog_with_a_spark();
   const MediumAtlas atlas = build_medium_atlas(view);

@@ -153,12 +153,15 @@ TEST_P(VolumeTolerance, IsKept) {
 }
 
 TEST_F(VolumesOnTheGpu, ALampShinesThroughTheCodesOfAFog) {
-  Scene scene = scene_with({assets + "single_voxel.vdb extinction=50 scale=0.3"});
+  Scene scene =
+      scene_with({assets + "single_voxel.vdb extinction=200 scale=0.06 translate=-0.2,0.15,-1"});
   scene.input = assets + "blobs.vdb";
-  scene.extinction = 1;
-  for (const double luminance : {1e3, 3e4}) {
+  scene.look = "plain";
+  scene.extinction = 0.3;
+  scene.resolution = {128, 128};
+  for (const double luminance : {1e3, 1e4}) {
     Scene lamp = scene;
-    lamp.volumes[0] += " luminance=" + std::to_string(luminance) + ",1,1";
+    lamp.volumes[0] += " luminance=" + std::to_string(luminance) + ",1e3,1e4";
     const Image truth = drawn(lamp, *open_reference());
     lamp.tolerance = 1e-3;
     EXPECT_LE(compare_images(drawn(lamp, *Gpu::renderer()), truth).rms, 1e-3) << luminance;
