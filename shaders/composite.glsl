@@ -202,17 +202,20 @@ struct NodeSum {
   real3 others;  // their luminance, times their weight
 };
 
+// Sums of weights times great values need a unit; the mean divides it out again.
+real weight_unit() { return great_values ? node_unit : real(1.0); }
+
 // The node at `place` of the way through the piece: `share` is its part of the piece.
 void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, real share) {
   real s = from_back ? real(1.0) - place : place;
   real depth = piece.unit * antiderivative(piece.tau, s);
   real through = share * (cell_nodes == 4 ? shallow_decay(depth) : deep_decay(depth));
-  real weight = integrate_cell(piece.tau, through, s);
+  real weight = integrate_cell(piece.tau, through, s) * weight_unit();
   sum.weight += weight;
   if (other_volumes > 0) {
-    if (others_shine) sum.others = sum.others + source_at(m.others, place) * through;
+    if (others_shine) sum.others = sum.others + source_at(m.others, place) * (through * weight_unit());
     if (others_shine) sum.glow = sum.glow + polynomials(m.others.glow, place) * through;
-    weight = integrate_cell(piece.value, through, place);
+    weight = integrate_cell(piece.value, through, place) * weight_unit();
     sum.own += weight;
   }
   sum.value += polynomial(piece.value, place) * weight;

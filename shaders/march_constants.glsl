@@ -34,6 +34,7 @@ CONSTANT(bool, exact_depth)       // the integrator takes the segment's depth, n
 CONSTANT(bool, cell_rule)         // the integrator takes a cell's cubic, not segments
 CONSTANT(int, cell_nodes)         // in which it reads the luminance: 4, 6 or 8
 CONSTANT(bool, deep_cells)        // a cell may be deeper than it takes at a time
+CONSTANT(bool, great_values)      // its sums need node_unit to stay within a float
 CONSTANT(bool, transfer_rule)     // the integrator takes values and applies the function itself
 CONSTANT(bool, end_corrections)   // psi-balanced, and a ray may begin or end inside the medium
 CONSTANT(bool, hardware_filter)

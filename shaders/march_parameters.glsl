@@ -26,6 +26,7 @@ PARAMETER(real3, color)               // factor of the luminance
 PARAMETER(real3, ambient)             // luminance that is added to it everywhere
 PARAMETER(real, stop_depth)           // optical depth at which a ray ends
 PARAMETER(real, piece_depth)          // largest of a piece of a cell, where cells are cut
+PARAMETER(real, node_unit)            // of the nodes' weights, a power of 2
 PARAMETER(real, step)                 // of the uniform lattice [unit of t]
 PARAMETER(int, brick_steps_first)     // where `tables` has the bricks' parts of the step
 PARAMETER(real, opacity_unit)         // length of which opacity_linear's opacities are [unit of t]

@@ -220,6 +220,19 @@ TEST_F(StabilityGpu, RoundingTimesAHugeExtinction) {
   }
 }
 
+// A node's weight is an attenuation; times a luminance of the same size, float32 has no number.
+TEST_F(StabilityGpu, GreatValuesThatGlow) {
+  for (const float size : {1e18f, 1e20f, 1e30f}) {
+    Scene scene = oblique_blobs();
+    scene.resolution = {64, 64};
+    scene.integrator = Integrator::cell_exact;
+    scene.extinction = 1 / double(size);
+    const auto value = [&](const glm::ivec3& v) { return size * blobs_at(glm::dvec3(v)); };
+    const View view = view_of(scene, make_field({{0, 0, 0}, {39, 35, 31}}, value), Glow::density);
+    EXPECT_LE(relative_difference(gl_picture(view), render_reference(view).image), 1e-5) << size;
+  }
+}
+
 // Values at half's largest: the sum of two in half is Inf, so corners are weighed in float32. 65504
 // and 32752 are halves: both texel types hold the same values.
 TEST_F(StabilityGpu, HalvesNearTheirLargest) {

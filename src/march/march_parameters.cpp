@@ -187,6 +187,9 @@ void place_function(const View& view, const RenderOptions& options, MarchSetup& 
              medium.transfer->max_attenuation(glm::dvec2(0), glm::dvec2(0, any)) > 0;
 }
 
+/// A part of the greatest float: sums over nodes stay below that.
+constexpr double great_sum = 1e37;
+
 /// Where rays end, and the turns that they may take.
 void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOptions& options,
                   MarchSetup& setup) {
@@ -205,6 +208,12 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
     c.cell_nodes = nodes.nodes;
     c.deep_cells = depths.cell > nodes.depth;
     p.piece_depth = nodes.depth;
+    // sums over a cell's nodes are of attenuations times values or luminances
+    const double product = depths.of_value * std::max(depths.greatest, brightest_ray(view.medium));
+    c.great_values = product > great_sum;
+    // the mean divides it out again; a float has no normal number below 2^-126
+    const double unit = std::exp2(std::max(std::floor(std::log2(great_sum / product)), -126.0));
+    p.node_unit = c.great_values ? unit : 1;
   }
   double finest = p.step;
   if (c.brick_steps)

@@ -84,7 +84,9 @@ double greatest_value(const BrickAtlas& atlas);
 /// Bounds on the optical depth of a ray through the density.
 struct DepthBounds {
   double whole = 0;
-  double cell = 0;  ///< of its part in one cell
+  double cell = 0;      ///< of its part in one cell
+  double of_value = 0;  ///< of the attenuation, in units of the extinction
+  double greatest = 0;  ///< of the values
 };
 DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas);
 

@@ -115,7 +115,7 @@ DepthBounds depth_bounds(const Medium& medium, const MediumAtlas& atlas) {
     per_length += depth;
     cell += depth * (other.constants > 0 ? way : diagonal_of(*volume.density, one));
   }
-  return {per_length * way, cell};
+  return {per_length * way, cell, attenuation, value};
 }
 
 CellNodes cell_nodes(double cell_depth) {
