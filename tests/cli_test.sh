@@ -548,12 +548,16 @@ t 0 "the picture is empty: --extinction is 0" render "$S" -o a.exr $r --extincti
 t 0 "the picture is black: --luminance is 0" render "$S" -o a.exr $r --luminance 0,0,0
 t 0 "the picture is black: --albedo is 0" render "$S" -o a.exr $r --look plain --light 1,0,0 --albedo 0
 t 0 "the picture is black: nothing in grid 'temperature' is hot enough" render "$S" -o a.exr $r \
-  --temperature-grid temperature --temperature-scale 0.1
+  --temperature-grid temperature --temperature-scale 0.01
 t 0 "hottest voxel has" render "$S" -o a.exr $r --temperature-grid temperature --temperature-scale 0.1
 t 0 "the picture is black: its brightest light is 9.8e-07; --exposure auto" render "$S" -o a.exr $r \
   --luminance 1e-6,0,0
 t 0 "the picture shows only its background: what is seen is as bright as --background 1,1,1" \
   render "$S" -o a.png $r --background white --look plain
+t 0 "the picture shows only its background: --exposure 0 makes all of it white; --exposure auto" \
+  render "$S" -o a.png $r --background 30.0,30.0,30.0 --look plain --luminance 1.5,1.5,1.5
+t 0 "the picture is empty: nothing covers more than" render "$S" -o a.exr $r --look plain \
+  --extinction 1e-6 --luminance-grid density
 t 0 "the picture shows only its background: --exposure 20 makes all of it white" render "$S" -o a.png $r \
   --exposure 20
 t 0 "the picture is empty: --clip leaves nothing of the volume, which lies from" render "$S" -o a.png $r \

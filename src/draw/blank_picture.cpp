@@ -12,6 +12,7 @@
 #include "field/lane_range.h"
 #include "field/value_range.h"
 #include "image/srgb_codes.h"
+#include "medium/backdrop.h"
 #include "medium/density_function.h"
 #include "psivox/camera.h"
 #include "psivox/draw.h"
@@ -150,47 +151,52 @@ std::string why_dark(const View& view) {
 struct Seen {
   double light = 0, opacity = 0;  ///< the greatest in any pixel
   bool differs = false;           ///< from the background, in a pixel's code of 8 bits
+  bool has_contrast = false;      ///< the same at another exposure, that shows all of it
 };
 
 /// Light of half a code; less is black on a display.
 constexpr double least_light = half_code<double> / 12.92;
 
-Seen what_is_seen(const Scene& scene, const Image& image) {
+Seen what_is_seen(const Scene& scene, const Image& image, const Backdrop& behind) {
   Seen seen;
   const auto rgba = image.rgba();
   LaneRange<4> range;
   for (std::size_t i = 0; i < rgba.size(); i += 4) range.include(&rgba[i]);
   seen.light = std::max(0.0, double(range.greatest(0, 3)));
   seen.opacity = std::max(0.0, double(range.greatest(3, 1)));
-  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0)).color;
-  const double brightest = std::max({seen.light, behind.x, behind.y, behind.z, 1e-300});
-  const double factor = scene.exposure ? std::exp2(*scene.exposure) : 1 / brightest;
-  const auto code = [&](double radiance) {
-    return double(
-        srgb_from_linear(std::min(display_light(float(radiance * factor), scene.tone_map), 1.0f)));
-  };
-  const glm::dvec3 code_behind(code(behind.x), code(behind.y), code(behind.z));
-  for (std::size_t i = 0; i < rgba.size() && !seen.differs; i += 4) {
-    const double left = scene.background ? 1 - double(rgba[i + 3]) : 0;
-    for (int c = 0; c < 3; ++c) {
-      const double light = double(rgba[i + std::size_t(c)]);
-      if (light == 0 && (left == 1 || !scene.background)) continue;
-      seen.differs |= std::abs(code(light + left * behind[c]) - code_behind[c]) > half_code<double>;
+  const double whole = 1 / std::max({seen.light, behind.greatest(), 1e-300});
+  const auto differs = [&](double factor) {
+    const auto code = [&](double radiance) {
+      return double(srgb_from_linear(
+          std::min(display_light(float(radiance * factor), scene.tone_map), 1.0f)));
+    };
+    for (std::size_t i = 0; i < rgba.size(); i += 4) {
+      const double left = scene.background ? 1 - double(rgba[i + 3]) : 0;
+      const glm::dvec3 back = behind.at(i / 4);
+      for (int c = 0; c < 3; ++c) {
+        const double light = double(rgba[i + std::size_t(c)]);
+        if (light == 0 && (left == 1 || !scene.background)) continue;
+        if (std::abs(code(light + left * back[c]) - code(back[c])) > half_code<double>) return true;
+      }
     }
-  }
+    return false;
+  };
+  seen.differs = differs(scene.exposure ? std::exp2(*scene.exposure) : whole);
+  seen.has_contrast = seen.differs || differs(whole);
   return seen;
 }
 
 /// Why something that covers the background looks like it; empty if it is dark.
-std::string why_alike(const Scene& scene, const Seen& seen) {
-  const glm::dvec3 behind = scene.background.value_or(glm::dvec3(0)).color;
-  const double brightest = std::max({behind.x, behind.y, behind.z});
+std::string why_alike(const Scene& scene, const Seen& seen, const Backdrop& behind) {
+  const double brightest = behind.greatest();
   if (brightest <= least_light || seen.opacity <= least_light) return {};
   const double exposure = scene.exposure.value_or(0), shown = brightest * std::exp2(exposure);
-  if (exposure != 0 && (shown >= 1 || shown <= least_light))
+  if (seen.has_contrast && (shown >= 1 || shown <= least_light))
     return "--exposure " + number_text(exposure) + " makes all of it " +
            (shown >= 1 ? "white" : "black") + "; --exposure auto shows it";
-  return "what is seen is as bright as --background " + short_text(behind) +
+  const std::string what =
+      scene.background->environment ? "environment" : short_text(scene.background->color);
+  return "what is seen is as bright as --background " + what +
          (brightest > 0.2 ? "; --background black shows it" : "; --background white shows it");
 }
 
@@ -207,19 +213,25 @@ std::string why_lost(const View& view) {
 }
 
 std::string blank_reason(const View& view, const Image& image) {
-  const Seen seen = what_is_seen(view.scene, image);
+  View drawn = view;
+  drawn.scene.resolution = {image.width, image.height};
+  const Backdrop behind(drawn);
+  const Seen seen = what_is_seen(view.scene, image, behind);
   if (seen.differs) return {};
   const bool empty = seen.opacity <= least_light;
   const Medium& medium = view.medium;
   if (empty && medium.density->active_voxels == 0 && medium.others.empty())
     return "the picture is empty: grid " + in_quotes(medium.density->name) + " has no active voxel";
-  std::string why = why_alike(view.scene, seen);
+  std::string why = why_alike(view.scene, seen, behind);
   if (!why.empty()) return "the picture shows only its background: " + why;
   if (empty) why = why_beside(view);
   if (empty && why.empty()) why = why_empty(view);
-  if (why.empty()) why = why_dark(view);
+  if (why.empty() && empty && seen.light > 0 && seen.opacity > 0)
+    why = "nothing covers more than " + formatted("%.2g", seen.opacity) +
+          " of a pixel; a larger --extinction shows it";
   if (why.empty() && seen.light > 0)
     why = "its brightest light is " + formatted("%.2g", seen.light) + "; --exposure auto shows it";
+  if (why.empty()) why = why_dark(view);
   if (why.empty())
     why = std::string("no ray meets anything that attenuates or glows") +
           (view.scene.clip || view.scene.clip_plane ? " within the clip" : "") +
