@@ -443,6 +443,12 @@ t 2 "needs a function" render "$S" -o a.exr --split-knots $R
 f=$assets/isosurfaces.json
 t 0 - render "$S" -o a.exr --transfer-function "$f" $R
 t 0 - render "$S" -o a.exr --transfer-function "$f" --classification pre --integrator cell-exact $R
+echo '{"points": [{"value": 0.5, "attenuation": 0, "color": [1, 0, 0]},
+  {"value": 0.50001, "attenuation": 1, "color": [0, 1, 1]},
+  {"value": 1, "attenuation": 1, "color": [1, 1, 0]}]}' >jump.json
+t 0 "the table of --integrator preintegrated is off by up to 0.0" render "$S" -o a.exr \
+  --resolution 32x32 --look plain --transfer-function jump.json --extinction 40 --step 1 \
+  --integrator preintegrated
 for wrong in "--mode mip" "--integrator preintegrated" "--integrator cell-exact" --split-knots; do
   t 2 "has gradients" render "$S" -o a.exr --transfer-function "$f" $wrong $R
 done

@@ -9,6 +9,8 @@
 #include "march/film.h"
 #include "march/light.h"
 #include "march/march_double.h"
+#include "march/march_tables.h"
+#include "march/preintegration.h"
 #include "plan/plan.h"
 #include "psivox/parameters.h"
 #include "reference/reference.h"
@@ -37,6 +39,18 @@ std::string cause(const View& view, bool of_light) {
   return ", by the light" +
          (sky ? "; a sky has at most " + std::to_string(most_sky_count) + " directions"
               : std::string());
+}
+
+/// How far the table of `preintegrated` is off its definition; empty if that is little.
+std::string table_notice(const View& view) {
+  if (view.scene.resolved_integrator() != Integrator::preintegrated || !view.medium.transfer)
+    return {};
+  const double bound = preintegration_of(view, false)->error_bound();
+  if (bound <= default_tolerance) return {};
+  return formatted(
+      "the table of --integrator preintegrated is off by up to %.2g of a segment's radiance; "
+      "shorter segments are closer, and cell-exact needs no table",
+      bound);
 }
 
 /// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
@@ -109,6 +123,9 @@ void Picture::march() {
                                                         : marcher_.render(marched(), options());
   drawn_.image = std::move(result.image);
   drawn_.stats = std::move(result.stats);
+  const bool tabled = marcher_.marcher().marches() && !wish_.may_update_tables;
+  if (std::string off = tabled ? table_notice(marched()) : ""; !off.empty())
+    drawn_.notices.push_back(std::move(off));
   if (drawn_.stats.stuck > 0)
     drawn_.notices.push_back(std::to_string(drawn_.stats.stuck) +
                              " rays stood still before their end and show what is in front of it, "

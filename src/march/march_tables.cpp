@@ -251,13 +251,19 @@ void place_brick_steps(const std::vector<float>& parts, const BrickAtlas& densit
   setup.parameters.brick_steps_first = append(by_payload, setup);
 }
 
+std::shared_ptr<const PreintegratedTable> preintegration_of(const View& view, bool may_update) {
+  const Field& density = *view.medium.density;
+  const double unit = finest_voxel(density);
+  const bool uniform = view.scene.resolved_sampling() == Sampling::uniform;
+  const double longest = diagonal_of(density, glm::dvec3(1)) / unit;
+  const double length = uniform ? view.scene.resolved_step() : longest / view.scene.segments;
+  return preintegrated_table(*view.medium.transfer, view.medium.extinction * unit, length, uniform,
+                             may_update);
+}
+
 void place_preintegration(const View& view, bool may_update, MarchSetup& setup) {
   MarchParameters& p = setup.parameters;
-  const bool uniform = setup.constants.uniform_sampling && !setup.constants.template_sampling;
-  const double longest = diagonal_of(*view.medium.density, glm::dvec3(1)) / p.world_unit;
-  const double length = uniform ? p.step : longest / view.scene.segments;
-  setup.preintegration =
-      preintegrated_table(*view.medium.transfer, p.extinction, length, uniform, may_update);
+  setup.preintegration = preintegration_of(view, may_update);
   const PreintegratedTable& table = *setup.preintegration;
   p.preintegration_first = append(table.entries(), setup);
   p.preintegration_size = table.size();

@@ -26,8 +26,8 @@ void place_ramps(const Ramps& ramps, MarchSetup& setup);
 /// The gradient's part of a transfer function.
 void place_gradient(const TransferFunction& function, MarchSetup& setup);
 
-/// The table of `preintegrated` for the view's transfer function, once its sampling is set.
-/// `may_update`: see Wish.
+/// The table of `preintegrated` for the view's transfer function. `may_update`: see Wish.
+std::shared_ptr<const PreintegratedTable> preintegration_of(const View& view, bool may_update);
 void place_preintegration(const View& view, bool may_update, MarchSetup& setup);
 
 /// The table of `psi_table`.
