@@ -15,6 +15,13 @@ struct Node {
 };
 
 Node empty_node(int3 lo, int side) { return Node(NODE_EMPTY, 0, lo, side); }
+
+// What a cell with an absent corner is: vacuum, of no value.
+const int ABSENT = -1;
+Node absent_node(int3 lo, int side) { return Node(NODE_EMPTY, ABSENT, lo, side); }
+bool is_absent(Node node) {
+  return absent_voxels && node.kind == NODE_EMPTY && node.payload == ABSENT;
+}
 Node no_node() { return empty_node(int3(0), 0); }
 
 // In the cube: a negative difference is a large one without its sign.

@@ -50,6 +50,8 @@ uniform Parameters given;
 #undef PARAMETER
 
 float real_of_bits(uint bits) { return uintBitsToFloat(bits); }
+// By its bits: compilers may take it that no number is NaN.
+bool is_nan(float v) { return (floatBitsToUint(v) & 0x7fffffffu) > 0x7f800000u; }
 float power_of_two(int n) { return intBitsToFloat((n + 127) << 23); }
 
 uniform samplerBuffer tables;  // what transfer functions and rules look up

@@ -120,6 +120,7 @@ bool beyond_density(int3 cell) {
 }
 
 real node_value(Node node) {
+  if (shows == SHOWS_value && is_absent(node)) return UNKNOWN;  // no maximum is below it
   return constant_runs && node.kind == NODE_CONSTANT ? fetch_constant(density_grid, node.payload)
                                                      : real(0.0);
 }

@@ -61,6 +61,18 @@ real trilinear(Corners c, real3 u) {
   return decoded(c, y0 + (y1 - y0) * u.z);
 }
 
+// Where `nearest`, a place in a cell stands for its nearest corner.
+real3 rounded(real3 u) { return clamp(floor(u + real3(real(0.5))), real3(real(0.0)), real3(real(1.0))); }
+
+// The corner at u, a corner of the unit cube, in place of all: multiplied by 0 and 1 it is exact.
+Corners one_corner(Corners c, real3 u) {
+  real4 x = mix(c.lo, c.hi, u.x);
+  real v = mix(mix(x.x, x.z, u.y), mix(x.y, x.w, u.y), u.z);
+  c.lo = real4(v, v, v, v);
+  c.hi = c.lo;
+  return c;
+}
+
 // The 8 corners of a cell of a brick, by their place along x, y and z: the density, and a luminance of
 // up to three channels beside it, which share a code.
 struct Pairs {
@@ -128,6 +140,13 @@ real4 trilinear_pairs(IN(Pairs) p, real3 u) {
   if (coded)
     return real4(p.from.x, p.from.y, p.from.y, p.from.y) + v * real4(p.scale.x, p.scale.y, p.scale.y, p.scale.y);
   return v;
+}
+
+// The same where all corners are that at u.
+Pairs one_pair(IN(Pairs) p, real3 u) {
+  real4 v = mix(mix(mix(p.v_000, p.v_100, u.x), mix(p.v_010, p.v_110, u.x), u.y),
+                mix(mix(p.v_001, p.v_101, u.x), mix(p.v_011, p.v_111, u.x), u.y), u.z);
+  return Pairs(v, v, v, v, v, v, v, v, p.scale, p.from);
 }
 
 // Coefficient of u.x u.y u.z in the trilinear polynomial.
@@ -208,13 +227,56 @@ real3 trilinear_gradient(Corners c, real3 u) {
 // the neighbour.
 int3 local_cell(real3 local) { return clamp(int3(floor(local)), int3(0), int3(BRICK_CELLS - 1)); }
 
+// The same in a node that may be a single cell, beside which values may be absent.
+int3 local_cell(Node node, real3 local) {
+  int3 cell = local_cell(local);
+  if (absent_voxels) {
+    int3 lo = in_brick(node.lo);
+    cell = clamp(cell, lo, lo + (node.side - 1));
+  }
+  return cell;
+}
+
+// Whether a cell of the density's brick has an absent corner: NaN, or the greatest of its codes.
+bool lacks_corner(Node brick, int3 cell) {
+  Corners c = fetch_corners(density_grid, brick, in_brick(cell));
+  if (coded) {
+    real4 most = max(c.lo, c.hi);
+    uint width = find_codes(brick.payload, in_brick(cell)).width;
+    return max(max(most.x, most.y), max(most.z, most.w)) >= real(int((1u << width) - 1u));
+  }
+  real4 sum = c.lo + c.hi;
+  return is_nan((sum.x + sum.y) + (sum.z + sum.w));
+}
+
+// The density's node as a turn sees it: a cell with an absent corner is a node of its own.
+Node with_data(Node node, int3 cell) {
+  if (!absent_voxels) return node;
+  if (node.kind == NODE_CONSTANT) {
+    if (is_nan(fetch_constant(density_grid, node.payload))) node = absent_node(node.lo, node.side);
+  } else if (node.kind == NODE_BRICK) {
+    if (lacks_corner(node, cell)) node = absent_node(cell, 1);
+  }
+  return node;
+}
+
+// The same for a walk that samples the node at any place: it is a single cell.
+Node sampled_node(Node node, int3 cell) {
+  if (!absent_voxels) return node;
+  node = with_data(node, cell);
+  if (node.kind == NODE_BRICK) node = Node(NODE_BRICK, node.payload, cell, 1);
+  return node;
+}
+
 // Value at a position inside a node that is not empty.
 real sample_scalar(int grid, Node node, real3 p) {
   real3 local = p - real3(first_cell(node));
-  int3 cell = local_cell(local);
+  int3 cell = local_cell(node, local);
   real v;
   if (node.kind == NODE_CONSTANT) v = fetch_constant(grid, node.payload);
   else if (hardware_filter) v = filtered_texel(grid, node.payload, local);
+  else if (nearest && grid == density_grid)
+    v = trilinear(fetch_corners(grid, node, cell), rounded(local - real3(cell)));
   else v = trilinear(fetch_corners(grid, node, cell), local - real3(cell));
   return v;
 }
@@ -320,7 +382,7 @@ Tangent tangent_scalar(int grid, Node node, Ray ray, real t) {
                    (sample_scalar(grid, node, position(ray, t + slope_step))
                     - sample_scalar(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step));
   real3 local = p - real3(first_cell(node));
-  int3 cell = local_cell(local);
+  int3 cell = local_cell(node, local);
   Corners corners = fetch_corners(grid, node, cell);
   real3 u = local - real3(cell);
   return Tangent(trilinear(corners, u), dot(trilinear_gradient(corners, u), ray.direction));

@@ -19,7 +19,9 @@ void draw(ivec2 at) {
   out_picture = vec4(0.0);
   out_layers = vec4(NEVER, 0.0, 0.0, 0.0);
   if (!(t >= ray.begin && t <= ray.end)) return;
-  Node node = find_node(density_grid, cell_at(ray, t, density.domain_min, density.domain_max));
+  ivec3 cell = cell_at(ray, t, density.domain_min, density.domain_max);
+  Node node = sampled_node(find_node(density_grid, cell), cell);
+  if (is_absent(node)) return;
   float value = node_value(node);
   if (node.kind == NODE_BRICK) value = sample_scalar(density_grid, node, position(ray, t));
   out_picture = vec4(color * shown(value), 1.0);

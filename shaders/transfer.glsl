@@ -56,7 +56,7 @@ real3 color_change(int k) { return real3(knot_entry(k, 2)); }
 int transfer_interval(real value) {
   if (one_interval) return 0;
   real x = (value - transfer_min) * transfer_bin_scale;
-  int bin = int(clamp(x, real(0.0), real(transfer_bins - 1)));
+  int bin = table_entry(x, transfer_bins - 1);
   real4 range = fetch_table(transfer_bins_first + bin);
   int lo = int(range.x);
   int hi = int(range.y);

@@ -13,6 +13,7 @@ CellWalk begin_cells() { return CellWalk(NODE_EMPTY, 0, 0); }
 void turn_cells(INOUT(March) m, INOUT(CellWalk) w, Ray ray) {
   Node node = Node(w.kind, w.payload, m.cell, w.side);  // its first cell counts in runs alone
   if (w.side == 0) node = find_node(density_grid, m.cell);
+  node = with_data(node, m.cell);
   Stretch s = find_stretch(m, node, ray);
   m.paired_here = false;
   if (node.kind == NODE_BRICK) {
@@ -32,6 +33,6 @@ void turn_cells(INOUT(March) m, INOUT(CellWalk) w, Ray ray) {
   if (crossed) m.cell = s.next;
   w = CellWalk(node.kind, node.payload, s.run || (crossed && s.leaves) ? 0 : node.side);
   // a brick without the isovalue is empty too, whatever its values, and so is what lies beside a region
-  m.known = !((shows == SHOWS_surface || in_part) && m.vacuum);
+  m.known = !((shows == SHOWS_surface || in_part || absent_voxels) && m.vacuum);
   if (!m.known) m.front.value = UNKNOWN;
 }

@@ -55,9 +55,14 @@ void turn_template(INOUT(March) m, INOUT(VoxelWalk) w, Ray ray) {
   bool outside = !inside_box(density.domain_min, density.domain_max, voxel);
   if (outside) w.node = empty_node(voxel, 1);
   else if (!inside(w.node, voxel)) w.node = find_node(density_grid, voxel);
+  real value = voxel_value(density_grid, w.node, voxel);
+  if (absent_voxels && is_nan(value)) {
+    w.node = absent_node(voxel, 1);
+    value = node_value(w.node);
+  }
   m.vacuum = w.node.kind == NODE_EMPTY;
   seek_gradient(m, voxel);
-  Sample s = Sample(voxel_value(density_grid, w.node, voxel), real(0.0));
+  Sample s = Sample(value, real(0.0));
   if (with_gradient) s.gradient = voxel_value(gradient_grid, m.gradient.node, voxel);
   m.samples += look_ups(w.node);
   if (!m.known) {

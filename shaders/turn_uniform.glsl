@@ -125,7 +125,7 @@ Crossing cut_at_part(StepWalk w, Ray ray, Crossing far) {
 
 // The walk goes on to the node of m.cell.
 void enter_node(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
-  w.node = find_node(density_grid, m.cell);
+  w.node = sampled_node(find_node(density_grid, m.cell), m.cell);
   Crossing far = leave(ray, w.node.lo, w.node.side);
   if (in_part && constant_run(w.node)) far = cut_at_part(w, ray, far);
   w.node_begin = w.node_end;
@@ -176,8 +176,9 @@ Step find_step(INOUT(March) m, INOUT(StepWalk) w, Ray ray) {
 real sample_brick(INOUT(March) m, Node brick, Ray ray, real t, bool luminous) {
   real3 p = position(ray, t);
   if (!beside_density || !luminous) return sample_scalar(density_grid, brick, p);
-  read_pairs(m, brick, first_cell(brick) + local_cell(p - real3(first_cell(brick))));
+  read_pairs(m, brick, first_cell(brick) + local_cell(brick, p - real3(first_cell(brick))));
   if (hardware_filter) return sample_scalar(density_grid, brick, p);
+  if (nearest) m.pairs = one_pair(m.pairs, rounded(p - m.pairs_at));
   return trilinear(densities(m.pairs), p - m.pairs_at);
 }
 
@@ -185,8 +186,10 @@ real sample_brick(INOUT(March) m, Node brick, Ray ray, real t, bool luminous) {
 Sample sample_middle(INOUT(March) m, StepWalk w, Step s, Ray ray) {
   real t = m.t + real(0.5) * (s.t_back - m.t);
   Node node = w.node;
-  if (!walks_middles && t < w.node_begin)
-    node = find_node(density_grid, cell_at(ray, t, density.domain_min, density.domain_max));
+  if (!walks_middles && t < w.node_begin) {
+    int3 cell = cell_at(ray, t, density.domain_min, density.domain_max);
+    node = sampled_node(find_node(density_grid, cell), cell);
+  }
   real value = node_value(node);
   if (node.kind == NODE_BRICK) value = sample_brick(m, node, ray, t, middle_rule);
   if (middle_rule) m.vacuum = node.kind == NODE_EMPTY || s.outside;

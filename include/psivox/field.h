@@ -60,20 +60,42 @@ struct TileValue {
   std::uint64_t voxels = 0;
 };
 
-/// Numbers of replaced values. A tile counts as one voxel; each component of a vector counts.
+/// Values that stand for "no data": NaN, -Inf, and fill values, which lie at the ends of a grid's
+/// values and apart from all others.
+struct Fill {
+  float low = -std::numeric_limits<float>::infinity();  ///< so much, or less, is fill
+  float high = std::numeric_limits<float>::infinity();  ///< so much, or more, but not +Inf
+  std::optional<float> given{};                         ///< what a user calls fill
+  bool is_fill(float value) const {
+    return !(value > low) || (value >= high && value <= std::numeric_limits<float>::max()) ||
+           value == given;
+  }
+  bool operator==(const Fill&) const = default;
+};
+
+/// Numbers of absent and of replaced values. A tile counts as one voxel; each component of a vector
+/// counts.
 struct BadValues {
   std::uint64_t nan = 0;
   std::uint64_t positive_infinite = 0;
   std::uint64_t negative_infinite = 0;
   std::uint64_t negative = 0;
-  float largest = 1.0f;  ///< what +Inf became
-  float least = 0.0f;    ///< of the negative values
+  std::uint64_t filled = 0;   ///< fill values
+  std::uint64_t clamped = 0;  ///< of a magnitude above greatest_magnitude
+  float largest = 1.0f;       ///< what +Inf became
+  float least = 0.0f;         ///< of the negative values
+  Fill fill{};
+  bool absent = false;  ///< NaN, -Inf and fill values became absent; else 0
 
-  bool any() const { return nan + positive_infinite + negative_infinite + negative > 0; }
+  std::uint64_t missing() const { return nan + negative_infinite + filled; }
+  bool any() const { return missing() + positive_infinite + negative + clamped > 0; }
 
   /// `12 NaN, 3 negative values taken as 0`; it mentions +Inf only if there was one.
   std::string describe() const;
 };
+
+/// Larger values are clamped, so that no sum, difference or range of a few of them overflows.
+inline constexpr float greatest_magnitude = 1e36f;
 
 BadValues operator+(BadValues a, const BadValues& b);
 
@@ -98,6 +120,24 @@ struct Extent {
   Extent operator+(const Extent& other) const {
     return {std::min(min, other.min), std::max(max, other.max), infinite || other.infinite};
   }
+};
+
+/// What lies at the ends of a grid's values, by which fill values are known.
+struct ValueEnds {
+  float least = std::numeric_limits<float>::infinity();
+  std::uint64_t count = 0;                                   ///< of the least value
+  float next = std::numeric_limits<float>::infinity();       ///< the least of the others
+  float greatest = -std::numeric_limits<float>::infinity();  ///< below `huge`
+  float magnitude = 0;                                       ///< the greatest below `huge`
+  /// Magnitudes from `huge` on: the least and the greatest.
+  float huge_least = std::numeric_limits<float>::infinity(), huge_greatest = 0;
+
+  static constexpr float huge = 1e15f;
+
+  void add(float value, std::uint64_t voxels = 1);
+  ValueEnds operator+(const ValueEnds& other) const;
+  /// The fill values of a grid of so many voxels.
+  Fill fill(std::uint64_t voxels) const;
 };
 
 /// What one pass over values of a grid finds out. Those of its parts add up.
@@ -154,6 +194,8 @@ struct Field {
   bool of_vectors = false;  ///< a component of a vector grid, or its length
   Box active_box;           ///< of active voxels and tiles
   int margin = 1;           ///< voxels from it to the domain's end: 1, or 0 of an array below 0
+  /// Some voxels are absent: their value is NaN. A cell with an absent corner is vacuum.
+  bool absent = false;
   std::optional<Box> array_box;  ///< of a DenseField with scalars below 0
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;

@@ -66,6 +66,7 @@ struct Medium {
   std::shared_ptr<const Field> luminance;  ///< for scalar and vector sources, else null
   /// tau = extinction * this function's attenuation of the value; null: extinction * value.
   std::shared_ptr<const TransferFunction> transfer;
+  bool nearest = false;  ///< values are those of the nearest voxels: labels are not interpolated
   /// The density's gradient magnitudes [value/world unit], with its domain and transform, if
   /// `transfer` has a gradient; else null.
   std::shared_ptr<const Field> gradient;

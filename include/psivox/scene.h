@@ -26,6 +26,7 @@ enum class Colormap : int {
   coolwarm,
   gray,
   hot,
+  labels,  ///< a colour for each whole number, whatever the range; see label_function
 };
 
 /// The values at the ends of a map. Each is a number, or a percentile of the active values [%].
@@ -47,7 +48,7 @@ struct OpacityCurve {
 };
 
 enum class Sampling { cells, uniform, template_ };
-enum class Classification { post, pre };
+enum class Classification { post, pre, nearest };
 enum class Centering { node, cell };
 enum class Filter { exact, hardware };
 enum class Projection { perspective, orthographic };
@@ -108,6 +109,7 @@ struct Scene {
   /// Further volumes in the scene, each as "FILE NAME=VALUE ...", see scene_of_volume.
   std::vector<std::string> volumes;
   std::optional<double> background_value;  ///< in place of a grid's own, if that is not 0
+  std::string fill_value = "auto";         ///< that is no data: a number, `auto` or `none`
   Centering centering = Centering::node;
   double scale = 1;      ///< of the volume about the world's origin, before it is turned and moved
   glm::dvec3 rotate{0};  ///< about the world's axes x, y and z, one after the other [degrees]
@@ -146,7 +148,7 @@ struct Scene {
   LightQuality light_quality = LightQuality::automatic;
 
   Mode mode = Mode::alpha;
-  std::optional<double> isovalue;  ///< unset: the middle of the values, 0 for a level set
+  std::optional<double> isovalue;  ///< unset: Otsu's threshold, 0 for a level set
   double lmip_threshold = 0;
   std::optional<Plane> slice;       ///< shown by mode slice; unset: across the view from the front
   std::optional<WorldBox> clip;     ///< only what is inside is drawn

@@ -65,6 +65,9 @@ struct ReadOptions {
   GridRole role = GridRole::attenuation;
   bool strict = false;     ///< bad values and non-linear transforms are errors
   bool distances = false;  ///< a level set keeps its distances (Field::half_width), else it is fog
+  bool absent = false;     ///< voxels without data are absent (Field::absent), else 0
+  bool fill = true;        ///< fill values are looked for, and are no data
+  std::optional<float> fill_value = {};  ///< this value is no data
   /// A grid without active voxels is a field of zeros, not an error, and so is one that the file
   /// lacks.
   bool empty = false;

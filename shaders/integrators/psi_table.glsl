@@ -16,8 +16,8 @@ Weights psi_table(Segment s) {
   Ends x = shifted_ends(s);
   real f = psi_table_place(x.front);
   real b = psi_table_place(x.back);
-  int i = min(int(f), psi_table_size - 1);
-  int j = min(int(b), psi_table_size - 1);
+  int i = table_entry(f, psi_table_size - 1);
+  int j = table_entry(b, psi_table_size - 1);
   f -= real(i);
   b -= real(j);
   real4 corner = fetch_table(psi_table_first + i * psi_table_size + j);

@@ -76,3 +76,6 @@ Weights glow_weights(real x) {
   return Weights(real(2.0) * m_2 - real(3.0) * m_1 + m_0, real(4.0) * (m_1 - m_2),
                  real(2.0) * m_2 - m_1, x);
 }
+
+// The entry of a table, from 0 to `last`, that holds a place; 0 for NaN.
+int table_entry(real place, int last) { return place > real(0.0) ? int(min(place, real(last))) : 0; }

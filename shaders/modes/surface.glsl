@@ -13,31 +13,39 @@ void surface_cell(INOUT(March) m, Node node, INOUT(Stretch) s) {
   m.front.value = s.f_end;
 }
 
-// The density at a point of a cell.
+// The density at a point of a cell; NaN where it is absent.
 real density_at(int3 cell, real3 p) {
-  Node node = find_stored(density_grid, clamp(cell, density.domain_min, density.domain_max - 1));
+  int3 near = clamp(cell, density.domain_min, density.domain_max - 1);
+  Node node = sampled_node(find_stored(density_grid, near), near);
+  if (is_absent(node)) return real_of_bits(0x7fc00000u);
   return node.kind == NODE_EMPTY ? real(0.0) : sample_scalar(density_grid, node, p);
 }
 
 // Where the ray hits a surface, in a cell: its normal in the world, 0 where the field has none, by
-// central differences of the density one voxel to each side; at the domain's faces only as far as it
-// reaches. The trilinear field's own gradient jumps from cell to cell. A point in a face has neighbours
+// central differences of the density one voxel to each side; at the domain's faces and beside absent
+// values only as far as it reaches. The trilinear field's own gradient jumps from cell to cell. A point in a face has neighbours
 // beside its cell, which are stored: those beside the cell across the face may not be.
 real3 surface_normal(int3 cell, Ray ray, real t) {
   real3 p = position(ray, t);
-  real3 n = real3(real(0.0));
+  real3 rise = real3(real(0.0));
+  real3 reach = real3(real(0.0));
   // No loop of known length, which would be unrolled: llvmpipe executes one turn for other rays.
   int sides = t < NEVER ? 6 : 0;
   for (int i = 0; i < sides; ++i) {
     int3 axis = int3(i < 2 ? 1 : 0, i >> 1 == 1 ? 1 : 0, i > 3 ? 1 : 0);
     int3 side = (i & 1) == 0 ? axis : -axis;
-    real3 low = real3(density.domain_min);
-    real3 high = real3(density.domain_max);
-    real3 at = clamp(p + real3(side), low, high);
-    real reach = dot(at - clamp(p - real3(side), low, high), real3(axis));  // with the side's sign
-    real3 normal = i < 2 ? normal_x : i < 4 ? normal_y : normal_z;
-    n = n + normal * (density_at(cell + side, at) / reach);
+    real3 at = clamp(p + real3(side), real3(density.domain_min), real3(density.domain_max));
+    real value = density_at(cell + side, at);
+    real3 way = abs(at - p);
+    if (absent_voxels && is_nan(value)) {
+      value = isovalue;
+      way = real3(real(0.0));
+    }
+    rise = rise + real3(side) * value;
+    reach = reach + way;
   }
+  reach = max(reach, real3(near_face));
+  real3 n = normal_x * (rise.x / reach.x) + normal_y * (rise.y / reach.y) + normal_z * (rise.z / reach.z);
   real size = sqrt(dot(n, n));
   return n * (size > real(0.0) ? real(1.0) / size : real(0.0));
 }

@@ -44,6 +44,7 @@ struct BrickStats {
   float min = 0;
   float max = 0;
   float second_difference = 0;  ///< largest |v[i-1] - 2 v[i] + v[i+1]| along the three axes
+  bool absent = false;          ///< some values are: these do not count
 };
 
 /// The sparse structure over bricks: a dense top table and, for boxes too large for one, tables of
@@ -61,7 +62,7 @@ struct PageTable {
   }
 };
 
-/// Least and greatest of some values.
+/// Least and greatest of some values; max < min: all are absent.
 struct ValueRange {
   float min = 0;
   float max = 0;
@@ -75,6 +76,12 @@ inline bool is_not_zero(const ValueRange& own, const ValueRange& /*companions*/)
   return own.min != 0 || own.max != 0;
 }
 
+/// The same where all values of a cell may be absent.
+inline bool sees(const Visibility& visible, const ValueRange& own,
+                 const ValueRange& companions = {}) {
+  return own.min <= own.max && visible(own, companions);
+}
+
 struct AtlasOptions {
   TexelType texel = TexelType::float32;
   /// Largest AtlasSize::bytes(); 0: no limit.
@@ -83,7 +90,8 @@ struct AtlasOptions {
   /// is_not_zero.
   Visibility visible{};
   bool sees(const ValueRange& own, const ValueRange& companions = {}) const {
-    return visible ? visible(own, companions) : is_not_zero(own, companions);
+    return visible ? psivox::sees(visible, own, companions)
+                   : own.min <= own.max && is_not_zero(own, companions);
   }
   /// A scalar field of the same transform and domain that also decides visibility. It must be 0
   /// wherever the field has no leaf and no tile 8 voxels wide. Null means 0 everywhere.
@@ -100,6 +108,8 @@ struct AtlasOptions {
   bool own_texels = false;
   /// Marks octants of bricks that hold no visible cell, where the field alone decides that.
   bool mark_octants = false;
+  /// Keeps bricks whose values are all absent, as constants of NaN, apart from those of 0.
+  bool keeps_absent = false;
   /// Discards the field's values as soon as their bricks are stored; only where may_discard.
   bool discards_values = false;
   /// Largest dense top table before another level is put below it.
@@ -151,6 +161,7 @@ struct BrickAtlas {
   std::vector<BrickStats> bricks;     ///< one per textured brick, in slot order
   std::vector<glm::ivec3> places;     ///< of these bricks [8 voxels]; of equal ones the first
   bool own_texels = false;            ///< no two share a slot, and constants are 0
+  bool absent = false;                ///< some values are NaN: a cell with such a corner is vacuum
   std::shared_ptr<float[]> texels32;  ///< brick_texels * channels a slot, or null
   std::shared_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
   std::shared_ptr<std::uint64_t[]> codes;     ///< instead of texels, see CodeWidth

@@ -20,20 +20,23 @@ constexpr std::uint64_t few_constants = 4096;
 /// Bricks between tiles, which have no leaf's values: those with equal blocks are equal, and are
 /// stored once. A wide tile's millions of faces are six.
 class AlikeBricks {
+  using Bits = std::array<std::uint32_t, 24>;  // of floats: NaN is a value, too
+
  public:
   /// The slot of a brick that is equal, else `next`; unset where a leaf takes part.
   std::optional<std::uint32_t> slot(const BrickSource::Neighbours& from, int channels,
                                     std::uint32_t next) {
-    std::array<float, 24> key{};
+    Bits key{};
     for (std::size_t i = 0; i < 8; ++i) {
       if (!from[i].is_constant()) return {};
-      for (int c = 0; c < channels; ++c) key[3 * i + std::size_t(c)] = from[i].values.channel(c);
+      for (int c = 0; c < channels; ++c)
+        key[3 * i + std::size_t(c)] = std::bit_cast<std::uint32_t>(from[i].values.channel(c));
     }
     return slots_.try_emplace(key, next).first->second;
   }
 
  private:
-  std::map<std::array<float, 24>, std::uint32_t> slots_;
+  std::map<Bits, std::uint32_t> slots_;
 };
 
 /// Whether bricks of one value are few enough to store their texels.

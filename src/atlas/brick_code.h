@@ -15,12 +15,16 @@ struct BrickCode {
   float per_step;  ///< 1 / step
   float end;       ///< the greatest code, and a half
 
-  /// The code of one of the values.
+  /// The code of one of the values; 0 if it is absent.
   std::int32_t of(float value) const {
-    return std::int32_t(std::min((value - offset) * per_step + 0.5F, end));
+    const float place = (value - offset) * per_step + 0.5F;
+    return std::int32_t(place > 0 ? std::min(place, end) : 0.0F);
   }
-  /// What a value is by its code.
-  double rounded(float value) const { return double(offset) + double(step) * double(of(value)); }
+  /// What a value is by its code; NaN if it is absent.
+  double rounded(float value) const {
+    if (value != value) return double(value);
+    return double(offset) + double(step) * double(of(value));
+  }
 };
 
 /// The codes of an atlas's bricks, and of those beside it, by slot.

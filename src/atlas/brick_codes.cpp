@@ -40,9 +40,10 @@ float step_of(double range, double most) {
   return best;
 }
 
-/// The code of values from `min` to `max`. 0 is one of its values if it lies between them.
-BrickCode code_of(float min, float max, CodeWidth width) {
-  const double codes = (1 << bits_of(width)) - 1;
+/// The code of values from `min` to `max`. 0 is one of its values if it lies between them. Where
+/// values may be absent, the last code stands for them.
+BrickCode code_of(float min, float max, CodeWidth width, bool absent) {
+  const double codes = (1 << bits_of(width)) - (absent ? 2 : 1);
   const bool around_zero = min < 0 && max > 0;
   const float step = step_of(double(max) - double(min), around_zero ? codes - 1 : codes);
   const float offset =
@@ -55,6 +56,7 @@ struct Record {
   const float* values;
   int channels;
   float min, max;
+  bool absent = false;  ///< values may be
 
   bool can_be_coded() const { return std::isfinite(max - min); }
 };
@@ -62,7 +64,8 @@ struct Record {
 Record record_of(const BrickAtlas& atlas, std::size_t slot) {
   const auto channels = std::size_t(atlas.channels);
   const float* values = atlas.texels32.get() + slot * brick_texels * channels;
-  if (channels == 1) return {values, 1, atlas.bricks[slot].min, atlas.bricks[slot].max};
+  if (channels == 1)
+    return {values, 1, atlas.bricks[slot].min, atlas.bricks[slot].max, atlas.absent};
   LaneRange<brick_texels> range;
   for (std::size_t i = 0; i < channels; ++i) range.include(values + i * brick_texels);
   return {values, atlas.channels, range.least(), range.greatest()};
@@ -84,12 +87,16 @@ void for_records(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t 
 /// Writes each word of a channel, `stride` words behind the one before.
 void encode(const Record& record, int channel, const CodedRows& rows, std::uint64_t* words,
             std::size_t stride) {
-  const BrickCode code = code_of(record.min, record.max, rows.width);
+  const BrickCode code = code_of(record.min, record.max, rows.width, record.absent);
   const float* const values = record.values + channel;
   std::array<std::int32_t, brick_texels> codes;
   const auto find = [&](auto channels) {
     for (std::size_t i = 0; i < codes.size(); ++i)
       codes[i] = code.of(values[i * std::size_t(channels)]);
+    if (record.absent)
+      for (std::size_t i = 0; i < codes.size(); ++i)
+        if (std::isnan(values[i * std::size_t(channels)]))
+          codes[i] = (1 << bits_of(rows.width)) - 1;
   };
   if (record.channels == 1)
     find(std::integral_constant<int, 1>());  // which vectorises
@@ -124,7 +131,7 @@ glm::ivec2 visible_layers(const std::array<ValueRange, brick_values>& planes,
                           const Visibility& visible) {
   const auto hidden = [&](int layer) {
     const ValueRange a = planes[std::size_t(layer)], b = planes[std::size_t(layer) + 1];
-    return !visible({std::min(a.min, b.min), std::max(a.max, b.max)}, {});
+    return !sees(visible, {std::min(a.min, b.min), std::max(a.max, b.max)});
   };
   int first = 0, last = brick_cells - 1;
   while (first < last && hidden(first)) ++first;
@@ -208,7 +215,8 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
     float most = steps[slot];
     int width = 0;
     for_records(atlas, beside, slot, [&](const Record& record) {
-      while (width < 3 && !(code_of(record.min, record.max, CodeWidth(width)).step <= most))
+      while (width < 3 &&
+             !(code_of(record.min, record.max, CodeWidth(width), record.absent).step <= most))
         ++width;
       fits = fits && width < 3 && record.can_be_coded();
       most = step_beside;
@@ -225,7 +233,7 @@ BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& wi
   tbb::parallel_for(std::size_t{0}, count, [&](std::size_t slot) {
     std::vector<BrickCode>* to = &codes.own;
     for_records(atlas, beside, slot, [&](const Record& record) {
-      (*to)[slot] = code_of(record.min, record.max, widths[slot]);
+      (*to)[slot] = code_of(record.min, record.max, widths[slot], record.absent);
       to = &codes.beside;
     });
   });

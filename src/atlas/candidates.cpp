@@ -32,18 +32,20 @@ bool all_rows(const BrickSource::Neighbours& from, int channels, const Take& tak
 }
 
 /// Finds a brick's kind from its blocks, without copying the values.
-void find_kind(const BrickSource& source, const BrickSource::Neighbours& from,
-               Candidate& candidate) {
+void find_kind(const BrickSource& source, const BrickSource::Neighbours& from, Candidate& candidate,
+               bool keeps_absent = false) {
   const int channels = source.channels();
   glm::vec3 first{0};
   for (int c = 0; c < channels; ++c) first[c] = from[0].values.channel(c);
   candidate.value = first;
+  const bool absent = std::isnan(first.x);
   const bool equal = all_rows(from, channels, [&](const float* values, int count) {
     for (int i = 0; i < count * channels; ++i)
-      if (values[i] != first[i % channels]) return false;
+      if (absent ? !std::isnan(values[i]) : values[i] != first[i % channels]) return false;
     return true;
   });
   candidate.kind = !equal                  ? EntryKind::brick
+                   : absent                ? (keeps_absent ? EntryKind::constant : EntryKind::empty)
                    : first == glm::vec3(0) ? EntryKind::empty
                                            : EntryKind::constant;
 }
@@ -56,7 +58,7 @@ void find_visible_kind(const BrickSource& source, const BrickSource* companion,
   const ValueRange own = value_range(from, source.channels());
   const ValueRange companions =
       companion ? value_range(companion->neighbours(candidate.bricks.min), 1) : ValueRange{};
-  if (!options.visible(own, companions))
+  if (!options.sees(own, companions))
     candidate.kind = EntryKind::empty;
   else if (candidate.kind == EntryKind::empty)
     candidate.kind = EntryKind::constant;
@@ -146,7 +148,8 @@ std::vector<Candidate> find_candidates(const BrickSource& source, const AtlasOpt
           if (options.visible && !keep_all)
             find_visible_kind(source, companion ? &*companion : nullptr, options, candidates[i]);
           else
-            find_kind(source, source.neighbours(candidates[i].bricks.min), candidates[i]);
+            find_kind(source, source.neighbours(candidates[i].bricks.min), candidates[i],
+                      options.keeps_absent || keep_all);
         }
       });
   if (options.with_margin) add_margin(source, options, region, candidates);

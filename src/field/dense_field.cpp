@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/vector_relational.hpp>
@@ -26,7 +27,8 @@ constexpr int no_voxel = std::numeric_limits<int>::max();
 
 /// What 8^3 voxels hold.
 struct DenseField::Block {
-  std::uint64_t active = 0;  ///< voxels other than 0
+  std::uint64_t active = 0;  ///< voxels with data other than 0
+  bool empty = true;         ///< all are 0
   bool constant = true;      ///< of one value, and complete
   bool below_0 = false;      ///< a value of the first channel
   glm::vec3 value{0};        ///< of the first voxel
@@ -67,8 +69,10 @@ DenseField::Block DenseField::summarise(const LeafValues& values, const glm::ive
     const float* value = values.at(at);
     bool active = false;
     for (int c = 0; c < field_.channels; ++c) {
-      active |= value[c * next] != 0;
-      block.constant &= value[c * next] == block.value[c];
+      const float v = value[c * next], first = block.value[c];
+      active |= is_active(v);
+      block.empty &= v == 0;
+      block.constant &= v == first || (std::isnan(v) && std::isnan(first));
     }
     if (!active) return;
     ++block.active;
@@ -109,7 +113,7 @@ void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
   for (std::size_t n = 0; n < blocks.size(); ++n) {
     const Block& block = blocks[n];
     const glm::ivec3 origin = origin_of(n);
-    if (block.active == 0) continue;
+    if (block.empty) continue;
     field_.active_voxels += block.active;
     below_0_ |= block.below_0;
     field_.active_box.min = glm::min(field_.active_box.min, block.min);

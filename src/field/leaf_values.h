@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -15,6 +16,9 @@ namespace psivox {
 
 /// A voxel of a leaf of 8^3, by its number from 0 to 511 in OpenVDB's order.
 inline glm::ivec3 leaf_voxel(int i) { return {i >> 6, i >> 3 & 7, i & 7}; }
+
+/// Whether a voxel of an array has data that is not 0.
+inline bool is_active(float value) { return value != 0 && value > -HUGE_VALF; }
 
 /// Where 8^3 voxels have their values.
 struct LeafValues {

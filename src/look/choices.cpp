@@ -5,8 +5,10 @@
 #include <utility>
 
 #include "base/text.h"
+#include "field/index_space.h"
 #include "field/value_range.h"
 #include "look/voxel_lines.h"
+#include "medium/density_function.h"
 #include "medium/map_field.h"
 #include "psivox/parameters.h"
 
@@ -25,11 +27,21 @@ View take_view(Choosing& all) {
   return known;
 }
 
+/// Optical depth of a voxel of a body, where its opacity is 1.
+constexpr double body_depth = 0.7;
+
 void choose_extinction(Choosing& all) {
   if (all.scene.extinction) return;
   View view = take_view(all);
   const bool sparse = view.medium.transfer && is_mostly_low(*view.medium.density);
-  all.scene.extinction = view.medium.extinction = light_extinction(view, sparse);
+  const Field& density = *view.medium.density;
+  if (!view.medium.nearest) {
+    view.medium.extinction = light_extinction(view, sparse);
+    // of a body the surface is seen: light reaches a voxel or two of its brightest values
+    if (view.medium.transfer && !sparse && is_body(density))
+      view.medium.extinction = std::max(view.medium.extinction, body_depth / finest_voxel(density));
+  }
+  all.scene.extinction = view.medium.extinction;
   all.view = std::move(view);
 }
 
@@ -43,6 +55,26 @@ void choose_range(Choosing& all) {
   // almost all values are equal
   if (active_percentile(density, percent.x) >= active_percentile(density, percent.y))
     set_default(all.scene, *find_parameter("range"));
+}
+
+/// What fills the volume around the object is transparent, wherever it lies in the range.
+void choose_opacity(Choosing& all) {
+  const Field& density = *all.fields.of(all.scene).density;
+  const std::optional<double> outside = outside_value(density);
+  const std::optional<glm::dvec2> range = resolved_range(all.scene, density);
+  if (!outside || !range || !all.scene.opacity || is_given(all.asked, "opacity")) return;
+  const double u = (*outside - range->x) / (range->y - range->x);
+  constexpr double low = 0.2, high = 0.8, near = 0.04, far = 0.16;
+  if (u <= low) return;
+  all.view.reset();
+  std::vector<glm::dvec2> points;
+  if (u >= high) {  // as it is, from the other end
+    for (const glm::dvec2& point : all.scene.opacity->points)
+      points.insert(points.begin(), {1 - point.x, point.y});
+  } else {
+    points = {{0, 1}, {u - far, 0.08}, {u - near, 0}, {u + near, 0}, {u + far, 0.08}, {1, 1}};
+  }
+  all.scene.opacity->points = std::move(points);
 }
 
 /// 0 is in the middle of the range.
@@ -66,6 +98,17 @@ void choose_colors(Choosing& all) {
   const std::string grid = vector_part(file, density_grid(all.scene, file)).grid;
   all.scene.grid = grid + ":active";
   all.scene.luminance_grid = grid;
+}
+
+/// Before a bright background smoke is dark, or it would not be seen.
+void choose_contrast(Choosing& all) {
+  constexpr double bright = 0.4, dark = 0.3;
+  const auto& background = all.asked.background;
+  if (!background || background->environment || is_given(all.asked, "albedo")) return;
+  if (glm::dot(background->color, glm::dvec3(0.2126, 0.7152, 0.0722)) < bright) return;
+  all.view.reset();
+  all.scene.albedo = glm::dvec3(dark);
+  if (all.scene.luminance && !is_given(all.asked, "luminance")) *all.scene.luminance *= dark;
 }
 
 /// A file's colours are what its smoke scatters.
@@ -108,10 +151,11 @@ struct Choice {
   const char* name;
   void (*make)(Choosing&);
 };
-constexpr Choice choices[] = {{"range", choose_range},          {"balance", choose_balance},
-                              {"colors", choose_colors},        {"extinction", choose_extinction},
-                              {"flame", choose_flame},          {"albedo-grid", choose_albedo},
-                              {"brightness", choose_brightness}};
+constexpr Choice choices[] = {{"range", choose_range},           {"outside", choose_opacity},
+                              {"balance", choose_balance},       {"colors", choose_colors},
+                              {"extinction", choose_extinction}, {"flame", choose_flame},
+                              {"albedo-grid", choose_albedo},    {"brightness", choose_brightness},
+                              {"contrast", choose_contrast}};
 
 constexpr const char* glowing_names[] = {"flame", "flames", "fire", "temperature",
                                          "heat",  "temp",   "fuel"};

@@ -27,6 +27,18 @@ bool is_mostly_low(const Field& density);
 /// Whether values of both signs matter: the lower ones reach a twentieth of the greatest magnitude.
 bool is_signed(const Field& density);
 
+/// Whether the values are labels: few whole numbers, of a type of whole numbers or at least three,
+/// which fill bodies of voxels and do not pass from one to the next.
+bool is_labels(const Field& density);
+
+/// The value that fills the volume around the object: that of most voxels of the active box's
+/// faces; or, where these have higher values than the volume, their median. Unset: there is none.
+std::optional<double> outside_value(const Field& density);
+
+/// Whether the rays of a field that has an outside soon reach values that stay: it is a body, not a
+/// gas.
+bool is_body(const Field& density);
+
 struct SampledVoxel {
   glm::ivec3 voxel;
   float value;  ///< first channel; not 0

@@ -6,9 +6,11 @@
 #include <glm/common.hpp>
 #include <tuple>
 
+#include "field/field_cursor.h"
 #include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
+#include "medium/label_function.h"
 
 namespace psivox {
 namespace {
@@ -62,7 +64,7 @@ std::vector<SampledVoxel> on_lattice(const Field& field, const Lattice& lattice)
         for (const Leaf& leaf : leaves) {
           const LeafValues values = values_of(field, leaf);
           lattice.any_in(leaf.origin, 8, [&](const glm::ivec3& voxel) {
-            if (const float value = *values.at(voxel - leaf.origin); value != 0)
+            if (const float value = *values.at(voxel - leaf.origin); is_active(value))
               all.push_back({voxel, value});
             return false;
           });
@@ -73,7 +75,7 @@ std::vector<SampledVoxel> on_lattice(const Field& field, const Lattice& lattice)
       });
   for (const Tile& tile : field.tiles)
     lattice.any_in(tile.origin, tile.width, [&](const glm::ivec3& voxel) {
-      if (tile.value.x != 0) all.push_back({voxel, tile.value.x});
+      if (is_active(tile.value.x)) all.push_back({voxel, tile.value.x});
       return false;
     });
   std::ranges::sort(all, {}, [](const SampledVoxel& some) {
@@ -108,6 +110,11 @@ constexpr double low = 0.25;
 constexpr double least_side = 0.05;
 /// Faulty voxels below 0 are fewer than this part of all.
 constexpr double rare = 1e-3;
+
+bool are_whole(const std::vector<SampledVoxel>& sample) {
+  return std::ranges::all_of(
+      sample, [](const SampledVoxel& some) { return some.value == std::floor(some.value); });
+}
 
 /// Different values of a sample, ascending.
 std::vector<float> values_in(const Field& density) {
@@ -156,6 +163,113 @@ bool is_scan(const Field& density, bool known_fog) {
   const bool floats = density.value_type == "float" || density.value_type == "double";
   return (are_steps(values) && (floats || !known_fog)) ||
          (!known_fog && values.front() > faded * values.back());
+}
+
+bool is_labels(const Field& density) {
+  constexpr std::size_t most_labels = 512, few = 3, sample = 8192;
+  constexpr double alike = 0.6, steps = 0.5;
+  const std::string& type = density.value_type;
+  const bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
+  if (type == "points" || density.channels > 1 || density.reader) return false;
+  if (!whole && !are_whole(sample_voxels(density, sample))) return false;
+  const auto counts = label_counts(density, most_labels);
+  if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
+  FieldCursor values(density);
+  double pairs = 0, same = 0, next = 0;
+  for (const SampledVoxel& some : sample_voxels(density, sample))
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::ivec3 beside = some.voxel;
+      ++beside[axis];
+      const double value = values.at(beside), step = std::abs(value - double(some.value));
+      if (value == 0 || std::isnan(value)) continue;
+      ++pairs;
+      same += step == 0;
+      next += step == 1;
+    }
+  const bool passes = counts->size() > 8 && next > steps * (pairs - same);
+  return pairs == 0 || (same >= alike * pairs && !passes);
+}
+
+namespace {
+
+/// Values of voxels spread over the faces of the active box, ascending.
+std::vector<double> border_values(const Field& density) {
+  constexpr int across = 24;
+  FieldCursor values(density);
+  std::vector<double> found;
+  const Box& box = density.active_box;
+  for (int face = 0; face < 6; ++face)
+    for (int i = 0; i < across; ++i)
+      for (int k = 0; k < across; ++k) {
+        const int axis = face >> 1, u = (axis + 1) % 3, v = (axis + 2) % 3;
+        glm::ivec3 at;
+        at[axis] = face & 1 ? box.max[axis] : box.min[axis];
+        at[u] = box.min[u] + (box.max[u] - box.min[u]) * i / (across - 1);
+        at[v] = box.min[v] + (box.max[v] - box.min[v]) * k / (across - 1);
+        if (const double value = values.at(at); !std::isnan(value)) found.push_back(value);
+      }
+  std::ranges::sort(found);
+  return found;
+}
+
+}  // namespace
+
+std::optional<double> outside_value(const Field& density) {
+  if (density.active_box.empty() || density.reader || density.channels > 1) return {};
+  const std::vector<double> border = border_values(density);
+  if (border.empty()) return {};
+  const double middle = border[border.size() / 2];
+  const auto [first, last] = std::ranges::equal_range(border, middle);
+  if (2 * (last - first) >= std::ptrdiff_t(border.size())) return middle;
+  std::vector<double> inside;
+  for (const SampledVoxel& some : sample_voxels(density, sample_size))
+    inside.push_back(double(some.value));
+  if (inside.empty()) return {};
+  std::ranges::sort(inside);
+  const double low = border[border.size() / 10], most = inside[inside.size() * 6 / 10];
+  if (low > most) return middle;
+  return {};
+}
+
+bool is_body(const Field& density) {
+  // From each face of the box inwards: of the rays that meet something, how many have reached half
+  // of the brighter values within a few voxels of where they met the first?
+  constexpr int across = 32, few = 6;
+  constexpr double most_rays = 0.6;
+  const std::vector<SampledVoxel> sample = sample_voxels(density, sample_size);
+  if (sample.empty()) return false;
+  std::vector<float> values;
+  for (const SampledVoxel& some : sample) values.push_back(some.value);
+  std::ranges::sort(values);
+  const double high = double(values[values.size() * 9 / 10]);
+  if (!(high > 0)) return false;
+  FieldCursor cursor(density);
+  const Box& box = density.active_box;
+  int rays = 0, reached = 0;
+  for (int face = 0; face < 6; ++face)
+    for (int i = 0; i < across; ++i)
+      for (int k = 0; k < across; ++k) {
+        const int axis = face >> 1, u = (axis + 1) % 3, v = (axis + 2) % 3;
+        glm::ivec3 at;
+        at[u] = box.min[u] + (box.max[u] - box.min[u]) * (2 * i + 1) / (2 * across);
+        at[v] = box.min[v] + (box.max[v] - box.min[v]) * (2 * k + 1) / (2 * across);
+        int left = -1;
+        for (int d = box.min[axis]; d <= box.max[axis] && left != 0; ++d) {
+          at[axis] = face & 1 ? box.max[axis] + box.min[axis] - d : d;
+          const double value = cursor.at(at);
+          if (left < 0 && value > 0.1 * high) {
+            left = few;
+            ++rays;
+          }
+          if (left < 0) continue;
+          if (value >= 0.5 * high) {
+            ++reached;
+            break;
+          }
+          --left;
+        }
+      }
+  return rays > 0 && reached > most_rays * rays;
 }
 
 bool is_mostly_low(const Field& density) {

@@ -12,6 +12,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "look/choices.h"
+#include "medium/luminance_sources.h"
 #include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
@@ -128,25 +129,32 @@ bool is_any_of(std::string name, std::initializer_list<const char*> names) {
   return std::ranges::find(names, name) != names.end();
 }
 
-bool is_color(const std::string& grid) {
-  const std::string name = lower_case(grid);
-  return name.find("color") != std::string::npos || name.find("colour") != std::string::npos ||
-         is_any_of(grid, {"cd", "rgb", "albedo", "diffuse"});
-}
-
 /// The name of the look that suits vectors, or one of their components.
 std::string look_of_vectors(const Scene& scene, const VectorPart& part, KeptFields& fields) {
   const bool by_value = gives_any(scene, {"colormap", "range", "opacity"});
-  if (is_color(part.grid) && !by_value && (scene.grid.empty() || part.part == "length"))
+  if (names_colors(part.grid) && !by_value && (scene.grid.empty() || part.part == "length"))
     return "colors";
   if (part.part == "active") return "smoke";
   return is_signed(*fields.of(scene).density) ? "signed" : "vectors";
 }
 
+/// The name of the look that suits a scan. Air of a CT is below 0: a sign alone says nothing, but
+/// it does where values on both sides lie in an outside of 0.
+std::string look_of_scan(const Scene& scene, KeptFields& fields) {
+  Scene mapped = scene;  // its values may be below 0
+  if (!mapped.has_function()) mapped.colormap = Colormap::inferno;
+  const Field& density = *fields.of(mapped).density;
+  if (!scene.colormap && is_labels(density)) return "labels";
+  return is_signed(density) && outside_value(density) == 0.0 ? "signed" : "scan";
+}
+
 /// The name of the look that suits a file.
 std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const VdbFile& file = fields.file();
-  if (const std::string look = info(scene.mode).look; !look.empty() && look != "auto") return look;
+  if (const std::string look = info(scene.mode).look; !look.empty() && look != "auto") {
+    if (!scene.shows(Shows::value)) return look;
+    return is_labels(*fields.of(scene).density) ? "labels" : look;
+  }
   if (scene.isovalue) return "surface";
   const std::string grid = density_grid(scene, file);
   const VectorPart part = vector_part(file, grid);
@@ -154,9 +162,10 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const std::string grid_class = file.grid_class(grid);
   if (grid_class == "level set" && !is_given(scene, "mode") && is_level_set(scene, fields))
     return "surface";
+  if (grid_class == "scan") return look_of_scan(scene, fields);
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
-  if (grid_class == "scan") return "scan";  // air of a CT is below 0: its sign says nothing
+  if (!scene.colormap && is_labels(density)) return "labels";
   if (is_signed(density)) return "signed";
   if (scene.colormap) return "scan";
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
@@ -215,6 +224,9 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
   }
   return names;
 }
+
+/// Whether its world has a patient's right, front and head along x, y and z.
+bool is_of_patient(const VdbFile& file) { return file.z_up().find("scan") != std::string::npos; }
 
 /// Whether the default camera takes Y as up although nothing says so.
 bool guesses_up(const Scene& scene, const VdbFile& file) {
@@ -288,6 +300,9 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   };
   const LookFile look = read_look(result.look);
   take_open(scene, look.scene, background, result.scene);
+  // a patient is seen from the front, not from behind
+  if (is_given(look.scene, "azimuth") && leaves_to_look(scene, "azimuth") && is_of_patient(file))
+    result.scene.azimuth += 180;
   find_darkness();
   if (result.dark_because.empty()) {
     result.scene.look = "plain";

@@ -23,6 +23,7 @@ namespace psivox {
 VoxelLines::VoxelLines(const Medium& medium)
     : function_(without_colors(medium)),
       density_(*medium.density),
+      nearest_(medium.nearest),
       domain_(medium.density->domain()),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
       empty_is_clear_(attenuation(0) == 0) {}
@@ -34,7 +35,7 @@ VoxelLines::Line VoxelLines::line(const glm::dvec3& from, const glm::dvec3& dire
 }
 
 double VoxelLines::attenuation(double value) const {
-  return function_ ? function_->attenuation(value) : std::max(value, 0.0);
+  return function_ ? function_->attenuation(value) : std::max(0.0, value);  // NaN: 0
 }
 
 double VoxelLines::depth_behind(const glm::ivec3& voxel, const Line& along, double most) {

@@ -64,7 +64,7 @@ class VoxelLines {
     for (double n = 0;;) {
       const glm::dvec3 point = line.from + (k + n) * line.way;
       if (!domain_.contains(nearest_voxel(point))) return;
-      const double value = density_.at(point);
+      const double value = nearest_ ? density_.at(nearest_voxel(point)) : density_.at(point);
       const std::size_t empty =
           value == 0 && empty_is_clear_ ? density_.empty_cells(point, line.way) : 0;
       if (empty == 0 && !see(n, value)) return;
@@ -76,6 +76,7 @@ class VoxelLines {
   /// Without colours, among whose many knots a search would take longer.
   std::shared_ptr<const TransferFunction> function_;
   FieldCursor density_;
+  bool nearest_;  ///< values are those of the nearest voxels
   Box domain_;
   glm::dmat3 to_index_;
   bool empty_is_clear_;

@@ -44,6 +44,7 @@ uint4 fetch_code(int i) const {
   return {uint(a), uint(a >> 32), uint(b), uint(b >> 32)};
 }
 real real_of_bits(uint bits) const { return std::bit_cast<float>(bits); }
+static bool is_nan(real v) { return v != v; }
 // Filtering in hardware is what the GPU alone does; in double the weights are exact.
 real filtered_texel(int, int, real3) const { return 0; }
 real3 filtered_texel3(int, int, real3) const { return real3(0); }

@@ -34,9 +34,11 @@ struct Place {
   double part = 0;
 
   Place() = default;
-  /// In the nearest cell of [first, end) if it is in none.
-  Place(double at, int first, int end)
-      : cell(std::clamp(cell_of(at), first, end - 1)), part(at - cell) {}
+  /// In the nearest cell of [first, end) if it is in none; `nearest`: at its nearest voxel.
+  Place(double at, int first, int end, bool nearest)
+      : cell(std::clamp(cell_of(at), first, end - 1)), part(at - cell) {
+    if (nearest) part = part >= 0.5 ? 1 : 0;
+  }
 };
 
 /// The places of a brick's columns along one axis across the light.
@@ -47,9 +49,9 @@ struct Places {
   bool consecutive = true;  ///< whether each column is in the cell after the previous one's
 
   /// `spacing` apart from `at` on, each in the nearest cell of [first, end) if it is in none.
-  Places(double at, double spacing, int first, int end) {
+  Places(double at, double spacing, int first, int end, bool nearest) {
     for (std::size_t k = 0; k < lattice_columns; ++k) {
-      const Place place(at + double(k) * spacing, first, end);
+      const Place place(at + double(k) * spacing, first, end, nearest);
       cell[k] = place.cell;
       part[k] = Real(place.part);
       consecutive &= cell[k] == cell[0] + int(k);

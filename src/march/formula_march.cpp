@@ -57,6 +57,7 @@ struct FormulaMarch {
   real4 fetch_pair(int) const { return real4(0); }
   uint4 fetch_code(int) const { return {}; }
   real real_of_bits(uint) const { return 0; }
+  static bool is_nan(real) { return false; }
   real filtered_texel(int grid, int, real3 local) const {
     const real x = local.x - half_width;
     return grid == density_grid ? formulas->tau(x) : formulas->luminance(x);

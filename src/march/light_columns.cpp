@@ -140,7 +140,7 @@ class Integration {
   }
 
   Place place(double at, int axis) const {
-    return {at, frame_.domain.min[axis], frame_.domain.max[axis]};
+    return {at, frame_.domain.min[axis], frame_.domain.max[axis], march_.nearest};
   }
   Place place_along(double t) const { return place(frame_.first - frame_.side * t, frame_.axis); }
 
@@ -157,18 +157,21 @@ class Integration {
                 v = place(at.y, frame_.axis_v);
     if (!density_.has(along, u, v)) return {};
     const Real value = density_.at(along, u, v);
+    if (march_.absent_voxels && std::isnan(value)) return {};
     return {value, attenuation(value, along, u, v), false};
   }
 
   void find_points(const LatticeBrick& brick, double t, Points<Real>& points) {
     const glm::dvec2 first = across(brick, 0, 0, t);
     const auto places = [&](double at, int axis) {
-      return Places<Real>(at, frame_.spacing, frame_.domain.min[axis], frame_.domain.max[axis]);
+      return Places<Real>(at, frame_.spacing, frame_.domain.min[axis], frame_.domain.max[axis],
+                          march_.nearest);
     };
     const Place along = place_along(t);
     const Places<Real> u = places(first.x, frame_.axis_u), v = places(first.y, frame_.axis_v);
     density_.at(along, u, v, points.value.data());
     points.all_stored = density_.all_stored() || density_.has(along, u, v, points.stored.data());
+    if (march_.absent_voxels) leave_out_absent(points);
     if (by_function_) return;
     if (!march_.with_gradient)
       points.attenuation = points.value;
@@ -177,6 +180,16 @@ class Integration {
     if (!points.all_stored)
       for (std::size_t c = 0; c < count; ++c)
         if (!points.stored[c]) points.attenuation[c] = 0;
+  }
+
+  /// Between absent values there is vacuum.
+  static void leave_out_absent(Points<Real>& points) {
+    if (points.all_stored) points.stored.fill(true);
+    for (std::size_t c = 0; c < count; ++c) {
+      if (!std::isnan(points.value[c])) continue;
+      points.value[c] = 0;
+      points.stored[c] = points.all_stored = false;
+    }
   }
 
   void find_attenuation(const LatticeBrick& brick, double t, Points<Real>& points) {

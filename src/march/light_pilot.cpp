@@ -131,7 +131,9 @@ class Looks {
   /// At a voxel, or at a point of index space.
   template <typename Place>
   double attenuation(const Place& place) {
-    const double value = density_.at(place);
+    const double value =
+        medium_.nearest ? density_.at(nearest_voxel(glm::dvec3(place))) : density_.at(place);
+    if (std::isnan(value)) return 0;  // absent
     if (!function_) return medium_.extinction * value;
     const double slope = gradient_ ? gradient_->at(place) : 0;
     return medium_.extinction * function_->attenuation(value, slope);

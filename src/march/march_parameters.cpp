@@ -80,6 +80,8 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
   place(id, setup.parameters.name, setup.constants.name##_levels, setup.constants.name##_channels);
 #include "grids.glsl"
 #undef GRID
+  setup.constants.absent_voxels = atlas.density.absent;
+  setup.constants.nearest = medium.nearest;
   setup.constants.coded = atlas.density.codes != nullptr;
   setup.constants.one_width = one_width(atlas);
   setup.constants.code_unit = atlas.density.code_unit;

@@ -156,6 +156,7 @@ AtlasOptions density_options(const View& view) {
                                        glm::dvec2(gradients.min, gradients.max)) > 0;
     };
   }
+  options.keeps_absent = view.scene.shows(Shows::value) || view.scene.shows(Shows::plane);
   options.own_texels = medium.light || medium.lit;  // its light is stored beside it
   options.mark_octants = true;
   const auto walk = [&](const Field& other) {

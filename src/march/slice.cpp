@@ -82,7 +82,9 @@ class Slice {
     const glm::dvec3 at(index_from_world_ * glm::dvec4(ray.origin + t * ray.direction, 1));
     if (!(t >= part.x && t <= part.y) || !inside(at))
       return sums.add(glm::dvec4(0), {no_depth, 1, 0, 0});
-    sums.add(glm::dvec4(color(values_.at(at).x), 1), {t, 0, 0, 1});
+    const double value = view_.medium.nearest ? values_.at(nearest_voxel(at)).x : values_.at(at).x;
+    if (std::isnan(value)) return sums.add(glm::dvec4(0), {no_depth, 1, 0, 0});  // absent
+    sums.add(glm::dvec4(color(value), 1), {t, 0, 0, 1});
   }
 
  private:
@@ -117,6 +119,7 @@ View slice_view(View view) {
   view.medium.density = on_plane(*whole.density, view.scene);
   view.medium.color = whole.color;
   view.medium.transfer = whole.transfer;
+  view.medium.nearest = whole.nearest;
   const bool colored = whole.transfer && whole.transfer->has_color();
   view.medium.source = colored ? LuminanceSource::transfer : LuminanceSource::density;
   return view;

@@ -44,6 +44,7 @@ class FunctionColors {
   }
 
   glm::dvec3 at(float value) const {
+    if (std::isnan(value)) return glm::dvec3(0);  // absent
     const double v = std::clamp(double(value), first_, last_);
     const auto bin = std::min(std::size_t((v - first_) * scale_), begins_.size() - 1);
     const Interval* in = &intervals_[begins_[bin]];
@@ -90,7 +91,7 @@ class OwnLuminance {
       case LuminanceSource::constant:
         break;
       case LuminanceSource::density:
-        return glm::dvec3(index_->at(voxel).x);
+        return glm::max(glm::dvec3(0), glm::dvec3(index_->at(voxel).x));  // absent: 0
       case LuminanceSource::transfer:
         return colors_->at(float(index_->at(voxel).x));
       case LuminanceSource::scalar:

@@ -21,7 +21,7 @@ struct Attenuation {
   const TransferFunction* transfer;
   double operator()(float value) const {
     const double v = double(value);
-    return transfer ? transfer->attenuation(v) : v;
+    return std::isnan(value) ? 0 : transfer ? transfer->attenuation(v) : v;
   }
 };
 

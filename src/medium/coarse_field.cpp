@@ -2,6 +2,7 @@
 
 #include <tbb/parallel_for.h>
 
+#include <cmath>
 #include <cstddef>
 #include <glm/gtc/matrix_transform.hpp>
 #include <map>
@@ -40,8 +41,13 @@ void add_values(const glm::ivec3& origin, const float* values, int channels, Coa
             continue;
           }
           double sum = 0;
-          for (int i = 0; i < 8; ++i) sum += value(i);
-          to = float(sum / 8);
+          int known = 0;
+          for (int i = 0; i < 8; ++i)
+            if (!std::isnan(value(i))) {
+              sum += value(i);
+              ++known;
+            }
+          to = known > 0 ? float(sum / known) : value(0);
         }
 }
 

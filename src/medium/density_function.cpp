@@ -1,10 +1,15 @@
 #include "medium/density_function.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 #include "base/text.h"
+#include "field/index_space.h"
+#include "field/leaf_values.h"
 #include "field/value_range.h"
+#include "medium/label_function.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 
@@ -72,6 +77,8 @@ std::shared_ptr<const TransferFunction> magnitude_of(const Field& component) {
 }  // namespace
 
 std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density) {
+  if (scene.windows() && scene.colormap == Colormap::labels)
+    return std::make_shared<const TransferFunction>(label_function(density));
   if (scene.windows()) {
     TransferFunction function =
         window_function(scene, *resolved_range(scene, density), stored_range(density));
@@ -91,6 +98,50 @@ std::shared_ptr<const TransferFunction> density_function(const Scene& scene, con
   return function;
 }
 
+double otsu_threshold(const Field& density) {
+  constexpr int bins = 1024;
+  const glm::dvec2 range = stored_range(density);
+  if (!(range.x < range.y)) return 0.5 * range.y;
+  std::array<double, bins> counts{};
+  double stored = 0;
+  const auto take = [&](float value, double voxels) {
+    if (std::isnan(value)) return;
+    const double place = (double(value) - range.x) / (range.y - range.x) * bins;
+    counts[std::size_t(std::clamp(place, 0.0, bins - 1.0))] += voxels;
+    stored += voxels;
+  };
+  visit_leaves(density, [&](std::span<const Leaf> leaves) {
+    for (const Leaf& leaf : leaves) {
+      const LeafValues values = values_of(density, leaf);
+      for (int i = 0; i < 512; ++i)
+        if (density.active_box.contains(leaf.origin + leaf_voxel(i)))
+          take(*values.at(leaf_voxel(i)), 1);
+    }
+  });
+  for (const Tile& tile : density.tiles) take(tile.value.x, double(tile_voxels(tile)));
+  // where nothing is stored the value is 0; no more of it than of all else, or it is all that
+  // counts
+  take(0, std::clamp(double(count_of(density.active_box)) - stored, 0.0, stored));
+  double all = 0, sum = 0;
+  for (int i = 0; i < bins; ++i) {
+    all += counts[std::size_t(i)];
+    sum += counts[std::size_t(i)] * i;
+  }
+  double below = 0, sum_below = 0, most = -1, first = 0, last = 0;
+  for (int i = 0; i + 1 < bins; ++i) {
+    below += counts[std::size_t(i)];
+    sum_below += counts[std::size_t(i)] * i;
+    if (below == 0 || below == all) continue;
+    const double apart = sum_below / below - (sum - sum_below) / (all - below);
+    const double variance = below * (all - below) * apart * apart;
+    if (variance > most * (1 + 1e-12)) first = i;
+    if (variance >= most * (1 - 1e-12)) last = i;
+    most = std::max(most, variance);
+  }
+  if (most < 0) return 0.5 * (range.x + range.y);
+  return range.x + (range.y - range.x) * (0.5 * (first + last) + 1) / bins;
+}
+
 double resolved_isovalue(const Scene& scene, const Field& density) {
   if (density.half_width > 0) {
     const double isovalue = scene.isovalue.value_or(0);
@@ -101,9 +152,7 @@ double resolved_isovalue(const Scene& scene, const Field& density) {
                                        " only, either side");
     return isovalue;
   }
-  if (scene.isovalue) return *scene.isovalue;
-  const glm::dvec2 range = active_range(density);
-  return 0.5 * (range.x + range.y);
+  return scene.isovalue ? *scene.isovalue : otsu_threshold(density);
 }
 
 double field_isovalue(double isovalue, const Field& density) {

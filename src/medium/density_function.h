@@ -22,9 +22,13 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
 /// luminance, or if an option of the scene does not work with a function of the gradient.
 std::shared_ptr<const TransferFunction> density_function(const Scene& scene, const Field& density);
 
-/// The scene's isovalue, else 0 for a level set, else the middle of the active values. It is in the
-/// grid's own values, which are distances in a level set. Throws Error(usage) if a level set does
-/// not store that distance.
+/// Otsu's threshold between the low and the high values of the active box, those of its empty
+/// voxels too: that of the greatest variance between the two (N. Otsu, 1979, eq. 18), of 1024.
+double otsu_threshold(const Field& density);
+
+/// The scene's isovalue, else 0 for a level set, else otsu_threshold. It is in the grid's own
+/// values, which are distances in a level set. Throws Error(usage) if a level set does not store
+/// that distance.
 double resolved_isovalue(const Scene& scene, const Field& density);
 
 /// Converts a resolved isovalue to the field's values, which in a level set are not distances

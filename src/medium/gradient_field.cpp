@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -62,7 +63,7 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
 }
 
 /// Computes the 512 magnitudes of a block. Returns whether one is not 0. Beside `known` there is no
-/// value: differences there are one-sided.
+/// value, nor where a voxel is absent: differences there are one-sided.
 bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm::ivec3& origin,
                    const Box& known, float* to) {
   using Block = FieldIndex::Block;
@@ -86,14 +87,13 @@ bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm:
       const float high =
           local[axis] < 7 ? own.value(i + stride) : around[below + 1].value(i - 7 * stride);
       const int at = origin[axis] + local[axis];
-      if (at == known.min[axis])
-        difference[axis] = 2 * (double(high) - double(own.value(i)));
-      else if (at == known.max[axis])
-        difference[axis] = 2 * (double(own.value(i)) - double(low));
-      else
-        difference[axis] = double(high) - double(low);
+      const bool has_low = at != known.min[axis] && !std::isnan(low),
+                 has_high = at != known.max[axis] && !std::isnan(high);
+      const double here = double(own.value(i));
+      difference[axis] = (has_high ? double(high) : here) - (has_low ? double(low) : here);
+      if (!has_low || !has_high) difference[axis] *= 2;
     }
-    if (!known.contains(origin + local)) difference = glm::dvec3(0);
+    if (!known.contains(origin + local) || std::isnan(own.value(i))) difference = glm::dvec3(0);
     to[i] = float(0.5 * glm::length(normal * difference));
     any = any || to[i] != 0;
   }

@@ -1,6 +1,7 @@
 #include "medium/luminance_sources.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/vector_relational.hpp>
@@ -33,6 +34,19 @@ bool has_negative_values(const Field& field) {
                      [&](const Tile& tile) { return glm::any(glm::lessThan(tile.value, {})); });
 }
 
+/// Whether all numbers are codes of 8 bits, and some are above 1.
+bool has_codes(const Field& colors) {
+  const auto is_code = [](float v) { return v >= 0 && v <= 255 && v == std::floor(v); };
+  if (!(greatest_value(colors) > 1)) return false;
+  return std::ranges::all_of(colors.leaves,
+                             [&](const Leaf& leaf) {
+                               return std::ranges::all_of(OrderedValues(colors, leaf), is_code);
+                             }) &&
+         std::ranges::all_of(colors.tiles, [&](const Tile& tile) {
+           return is_code(tile.value.x) && is_code(tile.value.y) && is_code(tile.value.z);
+         });
+}
+
 /// Replaces negative luminance by 0. Reading does so too, except if the luminance is also the
 /// density and has the role of data.
 std::shared_ptr<const Field> without_negative(std::shared_ptr<const Field> field) {
@@ -61,6 +75,26 @@ void set_function(const std::shared_ptr<const TransferFunction>& function,
 }
 
 }  // namespace
+
+bool names_colors(const std::string& grid) {
+  const std::string name = lower_case(grid.substr(0, grid.find('[')));
+  constexpr const char* names[] = {"cd", "rgb", "albedo", "diffuse"};
+  return name.find("color") != name.npos || name.find("colour") != name.npos ||
+         std::ranges::count(names, name) > 0;
+}
+
+Field linear_colors(Field colors) {
+  if (colors.channels != 3 || !names_colors(colors.name)) return colors;
+  const bool bytes = colors.value_type.find("uint8") != colors.value_type.npos;
+  if (!bytes && !has_codes(colors)) return colors;
+  Field linear = map_field(colors, 3, [](const glm::vec3& code) {
+    return glm::vec3(linear_from_srgb(glm::dvec3(code) / 255.0));
+  });
+  if (!bytes)
+    linear.notices.push_back("grid " + in_quotes(colors.name) +
+                             ": its colours, whole numbers up to 255, are taken as sRGB codes");
+  return linear;
+}
 
 Field black_bodies(const Scene& scene, const Field& temperature) {
   if (temperature.channels != 1)

@@ -18,4 +18,11 @@ void set_luminance(const Scene& scene, const MediumFields& fields,
 /// Bound of the luminance that the medium has before its light, without its `color`.
 glm::dvec3 greatest_glow(const Medium& medium);
 
+/// Whether a grid of that name holds colours.
+bool names_colors(const std::string& grid);
+
+/// A grid of colours as linear light. Bytes, and whole numbers up to 255 of which some are above 1,
+/// are sRGB codes; other numbers are linear already.
+Field linear_colors(Field colors);
+
 }  // namespace psivox

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
@@ -132,6 +133,7 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
 
 Field attenuation_of_voxels(const Field& field, const TransferFunction& function) {
   const auto map = [&](const glm::vec3& value) {
+    if (std::isnan(value.x)) return value;  // absent
     const TransferPoint point = function.at(double(value.x));
     return glm::vec3(float(point.attenuation), 0, 0);
   };
@@ -159,7 +161,7 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
       continue;
     }
     const double v = double(tile.value.x);
-    const auto attenuation = float(function.attenuation(v, 0));
+    const auto attenuation = std::isnan(v) ? tile.value.x : float(function.attenuation(v, 0));
     if (attenuation != 0)
       result.tiles.push_back({tile.origin, tile.width, glm::vec3(attenuation, 0, 0)});
   }
@@ -170,7 +172,9 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
     float* attenuation = to.get() + n * 512;
     leaf.values = attenuation;
     for (int i = 0; i < 512; ++i)
-      attenuation[i] = float(function.attenuation(double(v.value(i)), double(g.value(i))));
+      attenuation[i] = std::isnan(v.value(i))
+                           ? v.value(i)
+                           : float(function.attenuation(double(v.value(i)), double(g.value(i))));
   });
   result.array.reset();
   result.storage = to;
@@ -186,6 +190,48 @@ Field color_of_voxels(const Field& field, const TransferFunction& function) {
   return map_field(whole, 3, [&](const glm::vec3& value) {
     return glm::vec3(function.at(double(value.x)).color);
   });
+}
+
+Field spread_colors(const Field& colors, const Field& active) {
+  Field whole = colors;
+  fill_surroundings(whole);
+  const FieldIndex own(whole), mask(active);
+  Field result = whole;
+  result.tiles.clear();
+  result.leaves.clear();
+  for (const Tile& tile : whole.tiles)
+    if (tile.width > 8)
+      result.tiles.push_back(tile);
+    else
+      result.leaves.push_back({tile.origin, nullptr});
+  result.leaves.insert(result.leaves.end(), whole.leaves.begin(), whole.leaves.end());
+  const auto values = std::make_shared_for_overwrite<float[]>(result.leaves.size() * 512 * 3);
+  tbb::parallel_for(std::size_t{0}, result.leaves.size(), [&](std::size_t n) {
+    Leaf& leaf = result.leaves[n];
+    float* to = values.get() + n * 512 * 3;
+    leaf.values = to;
+    for (int i = 0; i < 512; ++i, to += 3) {
+      const glm::ivec3 voxel = leaf.origin + leaf_voxel(i);
+      glm::dvec4 sum(0);
+      const auto see = [&](const glm::ivec3& at) {
+        if (mask.at(at).x > 0) sum += glm::dvec4(own.at(at), 1);
+      };
+      see(voxel);
+      for (int k = 0; sum.w == 0 && k < 6; ++k) {
+        glm::ivec3 beside = voxel;
+        beside[k >> 1] += k & 1 ? 1 : -1;
+        see(beside);
+      }
+      if (sum.w == 0)
+        for (int k = 0; k < 27; ++k) see(voxel + glm::ivec3(k / 9, k / 3 % 3, k % 3) - 1);
+      for (int c = 0; c < 3; ++c) to[c] = sum.w > 0 ? float(sum[c] / sum.w) : 0;
+    }
+  });
+  std::ranges::sort(result.leaves, {}, [](const Leaf& leaf) { return tree_order(leaf.origin); });
+  result.active_box = {colors.active_box.min - 1, colors.active_box.max + 1};
+  result.array.reset();
+  result.storage = values;
+  return result;
 }
 
 VectorPart vector_part(const VdbFile& file, const std::string& name) {

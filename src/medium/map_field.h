@@ -11,6 +11,10 @@
 
 namespace psivox {
 
+/// Colours with those of active voxels also at the voxels beside these, as means, so that they do
+/// not darken towards the outside. `active` is above 0 at active voxels, on the same lattice.
+Field spread_colors(const Field& colors, const Field& active);
+
 /// Maps a stored value; called from several threads.
 using VoxelMap = std::function<glm::vec3(const glm::vec3& value)>;
 

@@ -11,6 +11,7 @@
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "medium/density_function.h"
+#include "medium/label_function.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
 #include "medium/visible_parts.h"
@@ -108,6 +109,7 @@ double least_value(const Scene& scene, const Field& density) {
 void set_density(const Scene& scene, const std::shared_ptr<const Field>& density,
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.density = density;
+  medium.nearest = scene.classification == Classification::nearest && !scene.shows(Shows::surface);
   if (scene.shows(Shows::surface)) {
     // a plateau of that value, such as the 0 around distances, is above it and no surface
     medium.isovalue =
@@ -122,7 +124,9 @@ void set_density(const Scene& scene, const std::shared_ptr<const Field>& density
   if (scene.shows(Shows::value)) medium.least_value = least_value(scene, *density);
   medium.extinction = scene.extinction.value_or(1);
   if (!scene.extinction && scene.attenuates())
-    medium.extinction = auto_extinction(*medium.density, medium.transfer.get());
+    medium.extinction = scene.colormap == Colormap::labels
+                            ? label_extinction(*density)
+                            : auto_extinction(*medium.density, medium.transfer.get());
 }
 
 /// Throws if what the scene asks for needs all values of the density in memory, and they are not.

@@ -5,6 +5,7 @@
 #include "base/text.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
+#include "medium/luminance_sources.h"
 #include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "psivox/medium.h"
@@ -50,7 +51,9 @@ std::shared_ptr<const Field> at_level(const Scene& scene, Field field, bool is_c
 
 std::shared_ptr<const Field> read(const Scene& scene, const VdbFile& file, const std::string& grid,
                                   const ReadOptions& options) {
-  return at_level(scene, file.read(grid, options));
+  Field field = file.read(grid, options);
+  if (options.role == GridRole::luminance) field = linear_colors(std::move(field));
+  return at_level(scene, std::move(field));
 }
 
 ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
@@ -71,12 +74,27 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
   return file.read(name, options);
 }
 
+/// What to say if whole numbers are larger than float32 tells apart; else empty.
+std::string lost_identity(const Field& field) {
+  constexpr double most = 1 << 24;
+  const std::string& type = field.value_type;
+  if (type.find("int32") == type.npos && type.find("int64") == type.npos) return "";
+  const glm::dvec2 range = stored_range(field);
+  if (std::max(-range.x, range.y) <= most) return "";
+  return "grid " + in_quotes(field.name) +
+         ": its whole numbers above 16777216 are rounded to those that float32 has";
+}
+
 SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std::string& name,
                              bool data, bool empty, const Parts& parts) {
   const VectorPart part = vector_part(file, name);
   ReadOptions options =
       options_of(scene, data || part.of_vectors() ? GridRole::data : GridRole::attenuation, empty);
   options.active = part.active();
+  options.absent = !part.of_vectors();
+  options.fill = scene.fill_value == "auto";
+  if (scene.fill_value != "auto" && scene.fill_value != "none")
+    options.fill_value = float(std::stod(scene.fill_value));
   Field read = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
                                  : read_scalar_density(scene, file, part.grid, options, parts);
   const std::string subject = scene.input + ": grid '" + read.name + "' ";
@@ -89,6 +107,8 @@ SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std:
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
   if (!field.reader) field.stored_range = glm::vec2(stored_range(field));  // often asked for
+  if (std::string identity = lost_identity(field); !identity.empty())
+    field.notices.push_back(std::move(identity));
   return found;
 }
 
@@ -133,6 +153,8 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   const auto luminance = [&](const std::string& name) {
     if (name == grid && !data && !fields.density->of_vectors) return fields.density;
     auto field = read(scene, file, name, options_of(scene, GridRole::luminance, empty));
+    if (fields.density->name == field->name + ":active" && !fields.density->reader)
+      return std::make_shared<const Field>(spread_colors(*field, *fields.density));
     return field->name == fields.density->name && !data ? fields.density : field;
   };
   if (scene.shines() && !scene.luminance_grid.empty()) {
@@ -180,8 +202,8 @@ std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& na
 
 std::string fields_key(const Scene& scene) {
   std::string key;
-  for (const char* name : {"input", "grid", "strict", "background-value", "lod", "luminance-grid",
-                           "temperature-grid", "albedo-grid", "volumes"})
+  for (const char* name : {"input", "grid", "strict", "background-value", "fill-value", "lod",
+                           "luminance-grid", "temperature-grid", "albedo-grid", "volumes"})
     key += "\n" + parameter_text(scene, name);
   for (const EmissionOptions& emission : emission_options)
     key += "\n" + (scene.*emission.scale > 0 ? scene.*emission.grid : "");

@@ -32,6 +32,7 @@ class FunctionTable {
   }
   double operator()(float value) const {
     if (value == 0) return zero_;
+    if (std::isnan(value)) return 0;  // absent
     const double place = (double(value) - low_) * scale_;
     return entries_[std::size_t(std::clamp(place, 0.0, double(entries_.size() - 1)))];
   }

@@ -57,6 +57,8 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double bright
     const double min = bricks[i].min, max = bricks[i].max, range = max - min;
     FunctionBend bend{1, 0, range};
     if (bends) bend = bends->between(min, max);
+    // from a value to the vacuum of cells with absent corners, between two samples
+    if (bricks[i].absent) bend.range = std::max(bend.range, bends ? bend.most : max);
     if (medium.gradient) {
       bend.range = medium.transfer->max_attenuation({min, max}, {0.0, 1e38});
       bend.turn = 1e38;

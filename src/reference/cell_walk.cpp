@@ -149,8 +149,14 @@ CellBlock BlockCache::made(const glm::ivec3& key) const {
   return made;
 }
 
-GridWalk::GridWalk(BlockCache& cache, const IndexRay& ray)
-    : cache_(&cache), ray_(ray), begin_(-infinity), end_(ray.hits() ? ray.s_begin : infinity) {}
+GridWalk::GridWalk(BlockCache& cache, const IndexRay& ray, bool nearest)
+    : cache_(&cache),
+      ray_(ray),
+      nearest_(nearest),
+      begin_(-infinity),
+      end_(ray.hits() ? ray.s_begin : infinity) {
+  if (nearest) ray_.P += 0.5;
+}
 
 void GridWalk::next() {
   if (steps_[0])
@@ -192,6 +198,7 @@ void GridWalk::enter_zeros(double begin, double end, bool in_domain) {
   begin_ = begin;
   end_ = end;
   in_domain_ = in_domain;
+  absent_ = false;
   block_ = nullptr;
   low_ = high_ = {};
 }
@@ -200,10 +207,17 @@ void GridWalk::enter_cell(const CubeSteps& steps) {
   begin_ = steps.begin();
   end_ = steps.end();
   in_domain_ = true;
+  absent_ = false;
   cell_ = steps.key();
   for (int c = 0; c < cache_->index().field().channels; ++c) {
     const auto i = std::size_t(c);
     corners_[i] = block_->corners(cell_, c);
+    if (nearest_) corners_[i].fill(corners_[i][0]);
+    if (std::ranges::any_of(corners_[i], [](double v) { return std::isnan(v); })) {
+      absent_ = true;
+      low_ = high_ = {};
+      return;
+    }
     const glm::dvec4 a = glm::make_vec4(&corners_[i][0]), b = glm::make_vec4(&corners_[i][4]);
     const glm::dvec4 low = glm::min(a, b), high = glm::max(a, b);
     low_[i] = std::min(std::min(low.x, low.y), std::min(low.z, low.w));
@@ -218,7 +232,7 @@ bool GridWalk::all_zero() const {
 // Coefficients are means of the field in the cell; rounding must not leave its corners' range, so
 // that a cell of one value is exactly that.
 Cubic GridWalk::along(double a, double b, int channel) const {
-  if (!block_) return {};
+  if (!block_ || absent_) return {};
   Cubic c =
       cubic_along(corners_[std::size_t(channel)], ray_.in_cell(cell_, a), ray_.in_cell(cell_, b));
   for (double& v : c) v = std::clamp(v, low(channel), high(channel));

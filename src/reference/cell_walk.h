@@ -112,8 +112,9 @@ class BlockCache {
 /// the domain, in a cell, in a whole cube of zeros, behind the domain.
 class GridWalk {
  public:
-  /// `cache` must outlive it.
-  GridWalk(BlockCache& cache, const IndexRay& ray);
+  /// `cache` must outlive it. `nearest`: the field is that of the nearest voxels, which are the
+  /// cells of a lattice half a voxel away.
+  GridWalk(BlockCache& cache, const IndexRay& ray, bool nearest = false);
   GridWalk(const GridWalk&) = delete;
   GridWalk& operator=(const GridWalk&) = delete;
 
@@ -122,6 +123,7 @@ class GridWalk {
   double end() const { return end_; }
   bool in_domain() const { return in_domain_; }
   bool in_cell() const { return block_ != nullptr; }  ///< in a block that is not empty
+  bool absent() const { return absent_; }             ///< a corner is: there is vacuum
   void next();
   /// Moves on until the stretch ends behind s.
   void reach(double s) {
@@ -142,10 +144,11 @@ class GridWalk {
 
   BlockCache* cache_;
   IndexRay ray_;
+  bool nearest_;
   std::array<std::optional<CubeSteps>, 4> steps_;  ///< cubes of FieldIndex::widths, cells
   std::size_t level_ = 0;
   double begin_, end_;
-  bool in_domain_ = false;
+  bool in_domain_ = false, absent_ = false;
   const CellBlock* block_ = nullptr;
   glm::ivec3 cell_{0};
   std::array<std::array<double, 8>, 3> corners_{};

@@ -19,7 +19,8 @@ class DensityWalk {
   DensityWalk(const RayMedium& medium, BlockCache& cache, const WorldRay& ray,
               const glm::dvec2& part)
       : t_middle(nearest_to_middle(*medium.medium.density, ray)),
-        grid(cache, make_index_ray(*medium.medium.density, ray, t_middle, part.x, part.y)) {
+        grid(cache, make_index_ray(*medium.medium.density, ray, t_middle, part.x, part.y),
+             medium.medium.nearest) {
     next();
   }
 
@@ -76,8 +77,8 @@ double interpolated(BlockCache& cache, const Box& domain, const glm::ivec3& anch
   return value;
 }
 
-/// Central differences over two voxels along each axis [value/voxel]; at the domain's faces
-/// shorter.
+/// Central differences over two voxels along each axis [value/voxel]; at the domain's faces and
+/// beside absent values shorter.
 glm::dvec3 gradient(BlockCache& cache, const Box& domain, const IndexRay& ray, double s) {
   const glm::dvec3 low(domain.min - ray.anchor), high(domain.max - ray.anchor);
   const glm::dvec3 at = glm::clamp(ray.P + s * ray.D, low, high);
@@ -86,9 +87,15 @@ glm::dvec3 gradient(BlockCache& cache, const Box& domain, const IndexRay& ray, d
     glm::dvec3 before = at, after = at;
     before[axis] = std::max(at[axis] - 1, low[axis]);
     after[axis] = std::min(at[axis] + 1, high[axis]);
-    g[axis] = (interpolated(cache, domain, ray.anchor, after) -
-               interpolated(cache, domain, ray.anchor, before)) /
-              (after[axis] - before[axis]);
+    const double here = interpolated(cache, domain, ray.anchor, at);
+    const auto value = [&](glm::dvec3& place) {
+      const double there = interpolated(cache, domain, ray.anchor, place);
+      if (!std::isnan(there)) return there;
+      place = at;
+      return here;
+    };
+    const double behind = value(after), front = value(before), way = after[axis] - before[axis];
+    g[axis] = way > 0 ? (behind - front) / way : 0;
   }
   return g;
 }
@@ -171,6 +178,10 @@ RayPicture RayModes::maximum(const WorldRay& ray) {
   double size = 0;
   DensityWalk walk(*medium_, *cache_, ray, part_);
   for (; !walk.done() && !greatest.done; walk.next()) {
+    if (walk.grid.absent()) {
+      greatest.see(-infinity, walk.s(0));  // a local maximum ends there
+      continue;
+    }
     const Cubic value = walk.value();
     size = std::max({size, std::abs(walk.grid.low()), std::abs(walk.grid.high())});
     const MonotoneEnds ends = monotone_ends(value);
@@ -199,6 +210,10 @@ RayPicture RayModes::surface(const WorldRay& ray) {
   std::optional<bool> below;
   DensityWalk walk(*medium_, *cache_, ray, part_);
   for (; !walk.done(); walk.next()) {
+    if (walk.grid.absent()) {
+      below.reset();
+      continue;
+    }
     const Cubic value = walk.value();
     const std::optional<double> u = first_passage(value, medium.isovalue, below);
     if (!u) continue;

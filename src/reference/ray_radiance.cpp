@@ -37,7 +37,7 @@ double max_magnitude(const Field& field) {
 
 double largest_attenuation(const Medium& medium, const GridWalk& density,
                            const std::optional<GridWalk>& gradient) {
-  if (!density.in_domain()) return 0;
+  if (!density.in_domain() || density.absent()) return 0;
   if (!medium.transfer) return std::max(density.high(), 0.0);
   const glm::dvec2 gradients =
       gradient ? glm::dvec2(gradient->low(), gradient->high()) : glm::dvec2();
@@ -159,9 +159,10 @@ void RayIntegrator::begin(const WorldRay& ray, double t_middle, double t0, doubl
   const Medium& medium = medium_->medium;
   if (!color_at_end_) at.color = medium.color * phase_factor(medium, ray.direction);
   const auto in = [&](const Field& field) { return make_index_ray(field, ray, t_middle, t0, t1); };
-  at.density.emplace(density_cache_, in(*medium.density));
+  at.density.emplace(density_cache_, in(*medium.density), medium.nearest);
   if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
-  if (medium_->luminance) at.luminance.emplace(*luminance_cache_, in(*medium.luminance));
+  if (medium_->luminance)
+    at.luminance.emplace(*luminance_cache_, in(*medium.luminance), medium.nearest && medium.lit);
   for (std::size_t i = 0; i < emission_caches_.size(); ++i)
     at.emission.emplace_back(emission_caches_[i], in(*medium.emission[i].field));
   for (RayIntegrator& other : others_) {
@@ -309,7 +310,8 @@ RayRadiance RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1
   const Medium& medium = medium_->medium;
   const double t_middle = nearest_to_middle(*medium.density, ray);
   Stretches at;
-  at.density.emplace(density_cache_, make_index_ray(*medium.density, ray, t_middle, t0, t1));
+  at.density.emplace(density_cache_, make_index_ray(*medium.density, ray, t_middle, t0, t1),
+                     medium.nearest);
   if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
   RayRadiance result;
   double sum = 0, error = 0;

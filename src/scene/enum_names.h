@@ -18,10 +18,11 @@ inline constexpr std::string_view environment_word = "environment";
 
 /// Names on the command line of an enumeration's values, in their order from 0.
 inline std::vector<std::string> enum_names(Sampling) { return {"cells", "uniform", "template"}; }
-inline std::vector<std::string> enum_names(Classification) { return {"post", "pre"}; }
+inline std::vector<std::string> enum_names(Classification) { return {"post", "pre", "nearest"}; }
 inline std::vector<std::string> enum_names(Centering) { return {"node", "cell"}; }
 inline std::vector<std::string> enum_names(Colormap) {
-  return {"viridis", "inferno", "magma", "plasma", "cividis", "turbo", "coolwarm", "gray", "hot"};
+  return {"viridis", "inferno",  "magma", "plasma", "cividis",
+          "turbo",   "coolwarm", "gray",  "hot",    "labels"};
 }
 inline std::vector<std::string> enum_names(Filter) { return {"exact", "hardware"}; }
 inline std::vector<std::string> enum_names(Projection) { return {"perspective", "orthographic"}; }

@@ -65,6 +65,7 @@ glm::dvec3 hot(double u) {
 Knots make_knots(Colormap map) {
   if (map == Colormap::coolwarm) return from_curve(coolwarm, {0, 0.5, 1});
   if (map == Colormap::gray) return from_curve(gray, {0, 1});
+  if (map == Colormap::labels) return {{0, glm::dvec3(1)}, {1, glm::dvec3(1)}};  // label_color
   if (map == Colormap::hot) return from_curve(hot, {0, red_full, green_full, 1});
   return from_table(enum_names(map)[std::size_t(map)]);
 }

@@ -1,6 +1,8 @@
 // Rules across parameters; what a method sets.
 
 #include <algorithm>
+#include <cmath>
+#include <cstdlib>
 
 #include "base/text.h"
 #include "psivox/error.h"
@@ -109,7 +111,17 @@ void validate_light(const Scene& scene) {
     contradict("--background environment shows the map of --environment; give it too");
 }
 
+void validate_fill(const Scene& scene) {
+  const std::string& text = scene.fill_value;
+  char* end = nullptr;
+  const double value = std::strtod(text.c_str(), &end);
+  const bool number = !text.empty() && *end == '\0' && std::isfinite(value);
+  if (!number && text != "auto" && text != "none")
+    contradict("--fill-value " + in_quotes(text) + ": expected a number, auto or none");
+}
+
 void validate_medium(const Scene& scene) {
+  validate_fill(scene);
   if (!scene.transfer_function.empty() && scene.colormap)
     contradict("--transfer-function and --colormap exclude each other; leave one of them out");
   if (!scene.transfer_function.empty() && (scene.range || scene.opacity))

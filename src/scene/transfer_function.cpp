@@ -158,6 +158,7 @@ int TransferFunction::interval(double value) const {
 }
 
 TransferPoint TransferFunction::at(double value) const {
+  if (std::isnan(value)) return {value, 0, glm::dvec3(0)};
   const Place place = place_among(points_, value, &TransferPoint::value);
   const TransferPoint &a = points_[place.below], &b = points_[place.above];
   TransferPoint point{value, std::lerp(a.attenuation, b.attenuation, place.t), {}};
@@ -166,6 +167,7 @@ TransferPoint TransferFunction::at(double value) const {
 }
 
 double TransferFunction::attenuation(double value) const {
+  if (std::isnan(value)) return 0;
   const Place place = place_among(points_, value, &TransferPoint::value);
   return std::lerp(points_[place.below].attenuation, points_[place.above].attenuation, place.t);
 }
@@ -226,6 +228,7 @@ double TransferFunction::table(double value, double gradient) const {
 }
 
 double TransferFunction::attenuation(double value, double gradient) const {
+  if (std::isnan(value)) return 0;
   double sum = table(value, gradient);
   for (const Isosurface& surface : part_.isosurfaces)
     sum += surface.attenuation * share(surface, std::abs(value - surface.value), gradient);

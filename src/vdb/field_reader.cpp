@@ -15,28 +15,43 @@
 namespace psivox::vdb {
 namespace {
 
-/// Active voxels of a grid in memory: those that are not 0.
+/// Active voxels of a grid in memory: those with data that is not 0.
 LeafMask active_mask(const float* values, int channels) {
   LeafMask mask;
   for (unsigned i = 0; i < kLeafVoxels; ++i, values += channels)
-    if (std::any_of(values, values + channels, [](float value) { return value != 0; }))
-      mask.setOn(i);
+    if (std::any_of(values, values + channels, is_active)) mask.setOn(i);
   return mask;
 }
 
 /// Surveys the leaves. Others may read the field's values: a leaf with bad ones gets a copy, which
 /// is returned.
-std::vector<float*> survey_leaves(Field& field, const LeafSurvey& survey, GridRole role,
+std::vector<float*> survey_leaves(Field& field, LeafSurvey& survey, GridRole role,
                                   ValueSurvey& found) {
   const std::size_t floats = kLeafVoxels * static_cast<std::size_t>(field.channels);
-  std::vector<char> bad(field.leaves.size());
+  std::vector<char> bad(field.leaves.size()), open(field.leaves.size());
   SurveySum sum;
+  SumOf<ValueEnds> ends;
+  const auto look = [&](std::size_t n, const OrderedValues& values) {
+    sum.add(survey.look(field.leaves[n].origin, values.data(),
+                        active_mask(values.data(), field.channels)));
+  };
   tbb::parallel_for(std::size_t{0}, bad.size(), [&](std::size_t n) {
     const OrderedValues values(field, field.leaves[n]);
     bad[n] = !all_good(values, role);
-    if (!bad[n])
-      sum.add(survey.look(field.leaves[n].origin, values.data(),
-                          active_mask(values.data(), field.channels)));
+    open[n] = survey.may_hold_fill(values.data());
+    if (open[n])
+      ends.add(survey.ends(values.data()));
+    else if (!bad[n])
+      look(n, values);
+  });
+  std::vector<TileValue> tiles;
+  for (const Tile& tile : field.tiles) tiles.push_back({tile.value.x, tile_voxels(tile)});
+  survey.find_fill(ends.total(), sum.total(), tiles, field.active_voxels);
+  tbb::parallel_for(std::size_t{0}, bad.size(), [&](std::size_t n) {
+    if (!open[n]) return;
+    const OrderedValues values(field, field.leaves[n]);
+    bad[n] = bad[n] || survey.holds_fill(values.data());
+    if (!bad[n]) look(n, values);
   });
   std::vector<float*> copies;
   const auto count = static_cast<std::size_t>(std::ranges::count(bad, 1));
@@ -140,11 +155,10 @@ class FieldReader final : public Reader {
       field.active_box = *field.array_box;
       field.margin = 0;
     }
-    const LeafSurvey survey(options.role, field.channels, options.role == GridRole::data,
-                            field.active_box);
+    LeafSurvey survey(options, field.channels, options.role == GridRole::data, field.active_box);
     ValueSurvey found;
     const std::vector<float*> copies = survey_leaves(field, survey, options.role, found);
-    found = found + survey_tiles(field, options.role, /*keep_zeros=*/true);
+    found = found + survey_tiles(field, survey, /*keep_zeros=*/true);
     const float largest = settle(field, found, options, about);
     for (float* const copy : copies)
       replace_infinite(copy, kLeafVoxels * static_cast<std::size_t>(field.channels), largest);

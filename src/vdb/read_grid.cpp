@@ -130,7 +130,32 @@ class Reading {
   }
 
   LeafSurvey leaf_survey(bool ranges) const {
-    return {options_.role, field_.channels, ranges, field_.active_box};
+    return {options_, field_.channels, ranges, field_.active_box};
+  }
+
+  /// Surveys leaves as they come, and those that may hold fill values at the end.
+  ValueSurvey survey_leaves(Voxels& voxels, const LeafSurvey& survey, const auto& each) {
+    std::vector<char> open(voxels.leaves.size());
+    SurveySum sum;
+    SumOf<ValueEnds> ends;
+    each([&](std::size_t n, const LeafMask& active) {
+      float* const values = voxels.leaves[n];
+      open[n] = survey.may_hold_fill(values);
+      if (open[n])
+        ends.add(survey.ends(values));
+      else
+        sum.add(survey.take(field_.leaves[n].origin, values, active));
+    });
+    survey_ = survey;
+    std::vector<TileValue> tiles;
+    for (const TilePart& part : voxels.tiles)
+      tiles.push_back({part.tile().value.x, tile_voxels(part.tile())});
+    survey_->find_fill(ends.total(), sum.total(), tiles, field_.active_voxels);
+    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t n) {
+      if (open[n])
+        sum.add(survey_->take(field_.leaves[n].origin, voxels.leaves[n], voxels.active[n]));
+    });
+    return sum.total();
   }
 
   /// Whether leaves' values are more than is to be kept in memory. Throws Error(memory) if they are
@@ -171,17 +196,17 @@ class Reading {
     voxels.active.resize(count);
     voxels.leaves.resize(count);
     field_.leaves.resize(count);
-    const LeafSurvey survey = leaf_survey(options_.role == GridRole::data);
-    SurveySum sum;
-    grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
-      float* const to = values.get() + n * length;
-      leaf.copy_to(to);
-      voxels.active[n] = leaf.active();
-      voxels.leaves[n] = to;
-      field_.leaves[n] = {grid_.topology().leaves[n], to};
-      sum.add(survey.take(grid_.topology().leaves[n], to, leaf.active()));
-    });
-    return sum.total();
+    return survey_leaves(voxels, leaf_survey(options_.role == GridRole::data),
+                         [&](const auto& look) {
+                           grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+                             float* const to = values.get() + n * length;
+                             leaf.copy_to(to);
+                             voxels.active[n] = leaf.active();
+                             voxels.leaves[n] = to;
+                             field_.leaves[n] = {grid_.topology().leaves[n], to};
+                             look(n, leaf.active());
+                           });
+                         });
   }
 
   /// Takes what OpenVDB makes of a level set or a frustum.
@@ -198,14 +223,13 @@ class Reading {
     set_place(made.world_from_index, made.summary);
     field_.half_width = made.half_width;
     voxels = std::move(made.voxels);
-    const LeafSurvey survey = leaf_survey(options_.role == GridRole::data);
-    SurveySum sum;
-    tbb::parallel_for(std::size_t{0}, made.origins.size(), [&](std::size_t n) {
-      sum.add(survey.take(made.origins[n], voxels.leaves[n], voxels.active[n]));
-    });
     for (std::size_t n = 0; n < made.origins.size(); ++n)
       field_.leaves.push_back({made.origins[n], voxels.leaves[n]});
-    return sum.total();
+    return survey_leaves(voxels, leaf_survey(options_.role == GridRole::data),
+                         [&](const auto& look) {
+                           tbb::parallel_for(std::size_t{0}, made.origins.size(),
+                                             [&](std::size_t n) { look(n, voxels.active[n]); });
+                         });
   }
 
   /// Sets tiles. Returns what is found in them; +Inf stays.
@@ -219,7 +243,7 @@ class Reading {
                             glm::any(glm::lessThan(tile.origin + (tile.width - 1), domain.min)));
       if (tile.value != glm::vec3(0.0f) && !outside) field_.tiles.push_back(tile);
     }
-    ValueSurvey found = survey_tiles(field_, options_.role);
+    ValueSurvey found = survey_tiles(field_, *survey_);
     add_active_tiles(parts, found);
     return found;
   }
@@ -242,10 +266,11 @@ class Reading {
   void leave_in_file() {
     if (options_.memory)
       file_.file().keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
+    survey_ = leaf_survey(/*ranges=*/true);
     field_.survey = take_tiles(grid_.topology().tiles);
     for (const glm::ivec3& origin : grid_.topology().leaves)
       field_.leaves.push_back({origin, nullptr});
-    field_.reader = grid_.stored_leaves(leaf_survey(/*ranges=*/true), subject_);
+    field_.reader = grid_.stored_leaves(*survey_, subject_);
   }
 
   const ReadOptions& options_;
@@ -254,13 +279,14 @@ class Reading {
   std::unique_ptr<FileGrid> read_;
   FileGrid& grid_;
   Field field_;
+  std::optional<LeafSurvey> survey_;  ///< with its fill values, once leaves are taken
 };
 
 }  // namespace
 
 void look_again(Field& field, const Voxels& voxels, const ReadOptions& options) {
   if (options.role == GridRole::data) {
-    const LeafSurvey survey(options.role, field.channels, /*ranges=*/true, field.active_box);
+    const LeafSurvey survey(options, field.channels, /*ranges=*/true, field.active_box);
     SurveySum sum;
     tbb::parallel_for(std::size_t{0}, field.leaves.size(), [&](std::size_t n) {
       sum.add(survey.look(field.leaves[n].origin, voxels.leaves[n], voxels.active[n]));

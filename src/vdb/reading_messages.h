@@ -124,11 +124,11 @@ PSIVOX_PACK(LeavesRequest, grid, numbers, what)
 PSIVOX_PACK(LeavesAnswer, values, survey)
 
 inline void describe(guard::Codec& codec, FieldFacts& facts) {
-  auto& [name, value_type, channels, of_vectors, box, margin, array_box, transform, active,
+  auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
          active_range, stored_range, percentiles, width, leaves, tiles, array, storage, origin,
          reader, survey, replaced, notices] = facts.field;
-  codec(name, value_type, channels, of_vectors, box, margin, transform, active, active_range,
-        stored_range, percentiles, width, survey, replaced, notices);
+  codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
+        active_range, stored_range, percentiles, width, survey, replaced, notices);
   codec(facts.leaves, facts.tiles, facts.same_values, facts.bytes, facts.active_tiles);
 }
 
@@ -141,9 +141,11 @@ PSIVOX_PACK(ValueStatistics, least, greatest, mean, not_finite)
 PSIVOX_PACK(GridInfo, name, type, value_type, grid_class, channels, half, active, leaves, tiles,
             box, size, transform, map, background, values_read, values, lo, hi, metadata, problem)
 PSIVOX_PACK(GridContent, active_voxels, nothing)
-PSIVOX_PACK(ReadOptions, role, strict, distances, empty, active, background, percentiles, memory,
-            in_file)
-PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, largest, least)
+PSIVOX_PACK(ReadOptions, role, strict, distances, absent, fill, fill_value, empty, active,
+            background, percentiles, memory, in_file)
+PSIVOX_PACK(Fill, low, high, given)
+PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, filled, clamped, largest, least,
+            fill, absent)
 PSIVOX_PACK(Extent, min, max, infinite)
 PSIVOX_PACK(ValueSurvey, bad, largest, all, active, in_box)
 PSIVOX_PACK(TileValue, value, voxels)

@@ -186,7 +186,7 @@ void check_range(const std::optional<glm::vec2>& range) {
 void check_values(const Field& field, GridRole role, bool stored) {
   for (const Tile& tile : field.tiles)
     require(all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role,
-                     /*infinite=*/stored),
+                     /*infinite=*/stored, field.absent),
             bad_values);
   if (stored) return;
   std::atomic<bool> good = true;
@@ -195,7 +195,7 @@ void check_values(const Field& field, GridRole role, bool stored) {
         for (std::size_t n = range.begin(); n != range.end(); ++n)
           if (!all_good(
                   {field.leaves[n].values, kLeafVoxels * static_cast<std::size_t>(field.channels)},
-                  role))
+                  role, /*infinite=*/false, field.absent))
             good = false;
       });
   require(good, bad_values);

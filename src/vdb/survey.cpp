@@ -15,32 +15,15 @@ namespace {
 
 constexpr float kMaxFloat = std::numeric_limits<float>::max();
 
-/// True if a value of the 512 is NaN, infinite or below lo. It has no branch and a fixed length, so
-/// that it runs at the speed of memory; almost every leaf of almost every file needs nothing more.
-bool has_bad_value(const float* values, float lo) {
+/// True if a value of the 512 is not from lo to hi. It has no branch and a fixed length, so that it
+/// runs at the speed of memory; almost every leaf of almost every file needs nothing more.
+bool has_bad_value(const float* values, float lo, float hi = greatest_magnitude) {
   int bad = 0;
   for (std::size_t i = 0; i < kLeafVoxels; ++i) {
-    const int good = (values[i] >= lo) & (values[i] <= kMaxFloat);
+    const int good = (values[i] >= lo) & (values[i] <= hi);
     bad |= good ^ 1;
   }
   return bad != 0;
-}
-
-/// Counts one bad value and replaces it, except +Inf, whose replacement is not known yet.
-void sanitise_value(float& value, float lo, BadValues& count) {
-  if (value >= lo && value <= kMaxFloat) return;
-  if (std::isnan(value)) {
-    ++count.nan;
-  } else if (value > 0.0f) {
-    ++count.positive_infinite;
-    return;
-  } else if (std::isinf(value)) {
-    ++count.negative_infinite;
-  } else {
-    ++count.negative;
-    count.least = std::min(count.least, value);
-  }
-  value = 0.0f;
 }
 
 /// Least and greatest of finite values, whose number is a multiple of 512.
@@ -53,15 +36,65 @@ glm::vec2 bounds_of(const float* values, std::size_t count) {
 
 }  // namespace
 
-float smallest_good(GridRole role) { return role == GridRole::data ? -kMaxFloat : 0.0f; }
+float smallest_good(GridRole role) { return role == GridRole::data ? -greatest_magnitude : 0.0f; }
+
+void LeafSurvey::clean_one(float& value, BadValues& count) const {
+  const bool filled = fill_.is_fill(value);
+  if (!filled && value >= smallest_ && value <= greatest_magnitude) return;
+  if (std::isnan(value)) {
+    ++count.nan;
+  } else if (value == -std::numeric_limits<float>::infinity()) {
+    ++count.negative_infinite;
+  } else if (filled) {
+    ++count.filled;
+  } else if (value > kMaxFloat) {
+    ++count.positive_infinite;  // its replacement is not known yet
+    return;
+  } else if (value < 0 && smallest_ == 0) {
+    ++count.negative;
+    count.least = std::max(std::min(count.least, value), -greatest_magnitude);
+    value = 0.0f;
+    return;
+  } else {
+    ++count.clamped;
+    value = std::clamp(value, -greatest_magnitude, greatest_magnitude);
+    return;
+  }
+  value = missing_;
+}
 
 BadValues LeafSurvey::clean(float* values) const {
   BadValues count;
   for (int c = 0; c < channels_; ++c, values += kLeafVoxels) {
-    if (!has_bad_value(values, smallest_)) continue;
-    for (std::size_t i = 0; i < kLeafVoxels; ++i) sanitise_value(values[i], smallest_, count);
+    if (!has_bad_value(values, smallest_) && !holds_fill(values)) continue;
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) clean_one(values[i], count);
   }
   return count;
+}
+
+bool LeafSurvey::may_hold_fill(const float* values) const {
+  return finds_fill_ && has_bad_value(values, 0, ValueEnds::huge);
+}
+
+bool LeafSurvey::holds_fill(const float* values) const {
+  if (fill_ == Fill{}) return false;
+  return std::any_of(values, values + kLeafVoxels, [&](float v) { return fill_.is_fill(v); });
+}
+
+ValueEnds LeafSurvey::ends(const float* values) const {
+  ValueEnds found;
+  for (std::size_t i = 0; i < kLeafVoxels; ++i) found.add(values[i]);
+  return found;
+}
+
+void LeafSurvey::find_fill(ValueEnds ends, const ValueSurvey& others,
+                           const std::vector<TileValue>& tiles, std::uint64_t voxels) {
+  if (!finds_fill_) return;
+  for (const TileValue& tile : tiles) ends.add(tile.value, tile.voxels);
+  if (!(ends.least < 0) && !(ends.huge_greatest > 0)) return;
+  ends.add(others.all.min);
+  ends.add(others.all.max);
+  fill_ = ends.fill(voxels);
 }
 
 ValueSurvey LeafSurvey::extents(const glm::ivec3& origin, const float* values,
@@ -96,6 +129,7 @@ ValueSurvey LeafSurvey::take(const glm::ivec3& origin, float* values,
   const BadValues bad = clean(values);
   ValueSurvey found = extents(origin, values, active, bad.positive_infinite > 0);
   found.bad = bad;
+  found.bad.fill = fill_;
   return found;
 }
 
@@ -104,12 +138,13 @@ ValueSurvey LeafSurvey::look(const glm::ivec3& origin, const float* values,
   return extents(origin, values, active, false);
 }
 
-ValueSurvey survey_tiles(Field& field, GridRole role, bool keep_zeros) {
+ValueSurvey survey_tiles(Field& field, const LeafSurvey& survey, bool keep_zeros) {
   ValueSurvey found;
+  found.bad.fill = survey.fill();
   for (Tile& tile : field.tiles)
     for (int c = 0; c < field.channels; ++c) {
+      survey.clean_one(tile.value[c], found.bad);
       if (std::isfinite(tile.value[c])) found.largest = std::max(found.largest, tile.value[c]);
-      sanitise_value(tile.value[c], smallest_good(role), found.bad);
     }
   if (!keep_zeros)
     std::erase_if(field.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0.0f); });
@@ -124,28 +159,34 @@ float settle(Field& field, ValueSurvey& survey, const ReadOptions& options,
              const std::string& subject) {
   BadValues& bad = survey.bad;
   bad.largest = survey.largest > 0 ? survey.largest : 1;
+  bad.absent = options.absent;
+  field.absent = options.absent && bad.missing() > 0;
   if (bad.any()) {
     if (options.strict)
       throw Error(ExitCode::input, subject + "is refused by strict reading: " + bad.describe());
     field.notices.push_back("grid '" + field.name + "': " + bad.describe());
     field.replaced = bad;
   }
-  for (Tile& tile : field.tiles) tile.value = glm::min(tile.value, glm::vec3(bad.largest));
+  for (Tile& tile : field.tiles)
+    for (int c = 0; c < 3; ++c)
+      if (tile.value[c] > bad.largest) tile.value[c] = bad.largest;
   return bad.largest;
 }
 
 void replace_infinite(float* values, std::size_t count, float largest) {
-  for (std::size_t i = 0; i < count; ++i) values[i] = std::min(values[i], largest);
+  for (std::size_t i = 0; i < count; ++i)
+    if (values[i] > largest) values[i] = largest;
 }
 
-bool all_good(std::span<const float> values, GridRole role, bool infinite) {
-  const float lo = smallest_good(role);
-  if (infinite) return std::ranges::all_of(values, [&](float v) { return v >= lo; });
+bool all_good(std::span<const float> values, GridRole role, bool infinite, bool absent) {
+  const float lo = smallest_good(role), hi = infinite ? HUGE_VALF : greatest_magnitude;
+  const auto good = [&](float v) { return (v >= lo && v <= hi) || (absent && std::isnan(v)); };
+  if (infinite || absent) return std::ranges::all_of(values, good);
   while (values.size() >= kLeafVoxels) {
     if (has_bad_value(values.data(), lo)) return false;
     values = values.subspan(kLeafVoxels);
   }
-  return std::ranges::all_of(values, [&](float v) { return v >= lo && v <= kMaxFloat; });
+  return std::ranges::all_of(values, good);
 }
 
 void Statistics::add(double value, std::uint64_t count) {
@@ -192,8 +233,68 @@ bool too_large(const Box& box) {
 
 }  // namespace vdb
 
+void ValueEnds::add(float value, std::uint64_t voxels) {
+  if (!std::isfinite(value)) return;
+  const float size = std::abs(value);
+  if (size >= huge) {
+    huge_least = std::min(huge_least, size);
+    huge_greatest = std::max(huge_greatest, size);
+    return;
+  }
+  greatest = std::max(greatest, value);
+  magnitude = std::max(magnitude, size);
+  if (value == least) {
+    count += voxels;
+  } else if (value < least) {
+    next = least;
+    least = value;
+    count = voxels;
+  } else {
+    next = std::min(next, value);
+  }
+}
+
+ValueEnds ValueEnds::operator+(const ValueEnds& other) const {
+  const bool lower = other.least < least;
+  ValueEnds sum = lower ? other : *this;
+  const ValueEnds& above = lower ? *this : other;
+  if (above.least == sum.least)
+    sum.count += above.count;
+  else
+    sum.next = std::min(sum.next, above.least);
+  sum.next = std::min(sum.next, above.next);
+  sum.greatest = std::max(sum.greatest, above.greatest);
+  sum.magnitude = std::max(sum.magnitude, above.magnitude);
+  sum.huge_least = std::min(sum.huge_least, above.huge_least);
+  sum.huge_greatest = std::max(sum.huge_greatest, above.huge_greatest);
+  return sum;
+}
+
+Fill ValueEnds::fill(std::uint64_t voxels) const {
+  // Two decades lie between the greatest values of any one quantity that was seen and what programs
+  // write for none: 1e20 (climate models), 9.97e36 (netCDF), 3.4e38 (GIS).
+  constexpr float apart = 1e6f, surely = 1e30f;
+  // a scanner's padding: one value, in many voxels, a tenth of all others' range below them
+  constexpr std::uint64_t few = 64;
+  constexpr double rare = 1e-4, gap = 0.1;
+  Fill fill;
+  if (magnitude > 0 && huge_greatest > 0 && huge_least > apart * magnitude &&
+      (huge_least == huge_greatest || huge_least >= surely)) {
+    fill.low = -huge_least;
+    fill.high = huge_least;
+  }
+  const double others = double(greatest) - double(next);
+  if (least < 0 && double(count) >= std::max(double(few), rare * double(voxels)) && others > 0 &&
+      double(next) - double(least) >= gap * others)
+    fill.low = least;
+  return fill;
+}
+
 BadValues operator+(BadValues a, const BadValues& b) {
   a.nan += b.nan;
+  a.filled += b.filled;
+  a.clamped += b.clamped;
+  if (b.filled > 0) a.fill = b.fill;
   a.positive_infinite += b.positive_infinite;
   a.negative_infinite += b.negative_infinite;
   a.negative += b.negative;
@@ -202,17 +303,29 @@ BadValues operator+(BadValues a, const BadValues& b) {
 }
 
 std::string BadValues::describe() const {
-  std::vector<std::string> zeroed;
-  if (nan > 0) zeroed.push_back(std::to_string(nan) + " NaN");
-  if (negative_infinite > 0) zeroed.push_back(std::to_string(negative_infinite) + " -Inf");
+  std::vector<std::string> gone, zeroed, parts;
+  std::vector<std::string>& missing_ones = absent ? gone : zeroed;
+  const auto several = [](std::uint64_t count) { return count == 1 ? " value" : " values"; };
+  if (nan > 0) missing_ones.push_back(std::to_string(nan) + " NaN");
+  if (negative_infinite > 0) missing_ones.push_back(std::to_string(negative_infinite) + " -Inf");
+  if (filled > 0) {
+    const float value = fill.given ? *fill.given : std::isfinite(fill.low) ? fill.low : fill.high;
+    missing_ones.push_back(std::to_string(filled) + formatted(" of %g", double(value)));
+  }
   if (negative > 0) zeroed.push_back(std::to_string(negative) + " negative");
-  std::string text = joined(zeroed, ", ");
-  const bool one = nan + negative_infinite + negative == 1;
-  if (!zeroed.empty()) text += std::string(one ? " value" : " values") + " taken as 0";
+  if (!gone.empty())
+    parts.push_back(joined(gone, ", ") + several(missing()) + " taken as no data" +
+                    (filled > 0 && !fill.given ? "; --fill-value none keeps them" : ""));
+  if (!zeroed.empty())
+    parts.push_back(joined(zeroed, ", ") + several((absent ? 0 : missing()) + negative) +
+                    " taken as 0");
   if (positive_infinite > 0)
-    text += (zeroed.empty() ? "" : "; ") + std::to_string(positive_infinite) +
-            formatted(" +Inf taken as %g", double(largest));
-  return text;
+    parts.push_back(std::to_string(positive_infinite) +
+                    formatted(" +Inf taken as %g", double(largest)));
+  if (clamped > 0)
+    parts.push_back(std::to_string(clamped) + several(clamped) +
+                    formatted(" beyond %g taken as that", double(greatest_magnitude)));
+  return joined(parts, "; ");
 }
 
 float take_survey(Field& field, const ValueSurvey& of_leaves, const ReadOptions& options,

@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "psivox/field.h"
 #include "psivox/vdb.h"
@@ -36,18 +37,35 @@ void each_on(const LeafMask& active, const Visit& visit) {
 /// Smallest value that stays.
 float smallest_good(GridRole role);
 
-/// Whether a survey would leave the values as they are; `infinite`: +Inf counts as good.
-bool all_good(std::span<const float> values, GridRole role, bool infinite = false);
+/// Whether a survey would leave the values as they are; `infinite`: +Inf counts as good, `absent`:
+/// NaN does.
+bool all_good(std::span<const float> values, GridRole role, bool infinite = false,
+              bool absent = false);
 
 /// Judges leaves of 512 * channels values. Several threads may use it.
 class LeafSurvey {
  public:
   /// Extents are found if `ranges` is set. `box` is that of the grid's active voxels.
-  LeafSurvey(GridRole role, int channels, bool ranges, const Box& box = {})
-      : smallest_(smallest_good(role)), channels_(channels), ranges_(ranges), box_(box) {}
+  LeafSurvey(const ReadOptions& options, int channels, bool ranges, const Box& box = {})
+      : smallest_(smallest_good(options.role)),
+        channels_(channels),
+        ranges_(ranges),
+        finds_fill_(options.absent && options.fill && channels == 1),
+        missing_(options.absent ? std::numeric_limits<float>::quiet_NaN() : 0.0f),
+        box_(box) {
+    if (options.absent) fill_.given = options.fill_value;
+  }
 
-  /// Surveys a leaf. NaN, -Inf and values below the smallest good one become 0; +Inf is counted and
-  /// stays.
+  /// Whether a leaf may have fill values, which cannot be known before all such leaves' ends are.
+  bool may_hold_fill(const float* values) const;
+  ValueEnds ends(const float* values) const;
+  void set_fill(const Fill& fill) { fill_ = fill; }
+  const Fill& fill() const { return fill_; }
+  /// Whether a leaf has them.
+  bool holds_fill(const float* values) const;
+
+  /// Surveys a leaf. What is no data becomes absent, or 0, and values below the smallest good one
+  /// become 0; +Inf is counted and stays.
   ValueSurvey take(const glm::ivec3& origin, float* values, const LeafMask& active) const;
 
   /// Surveys a leaf whose values are all good.
@@ -55,6 +73,12 @@ class LeafSurvey {
 
   /// Replaces values as `take` does.
   BadValues clean(float* values) const;
+  void clean_one(float& value, BadValues& count) const;
+
+  /// Ends the search for fill values: they follow from the ends of leaves that may hold some, from
+  /// what was found in the others, and from tiles.
+  void find_fill(ValueEnds ends, const ValueSurvey& others, const std::vector<TileValue>& tiles,
+                 std::uint64_t voxels);
 
  private:
   ValueSurvey extents(const glm::ivec3& origin, const float* values, const LeafMask& active,
@@ -63,22 +87,27 @@ class LeafSurvey {
   float smallest_;
   int channels_;
   bool ranges_;
+  bool finds_fill_;
+  float missing_;  ///< what absent values become
+  Fill fill_{};
   Box box_;
 };
 
 /// The sum of what several threads find.
-class SurveySum {
+template <typename Found>
+class SumOf {
  public:
-  void add(const ValueSurvey& found) { found_.local() = found_.local() + found; }
-  ValueSurvey total() { return found_.combine(std::plus<>()); }
+  void add(const Found& found) { found_.local() = found_.local() + found; }
+  Found total() { return found_.combine(std::plus<>()); }
 
  private:
-  tbb::combinable<ValueSurvey> found_;
+  tbb::combinable<Found> found_;
 };
+using SurveySum = SumOf<ValueSurvey>;
 
 /// Surveys a field's tiles, as `take` does a leaf, but for active voxels. Tiles of 0 go, unless
 /// `keep_zeros`.
-ValueSurvey survey_tiles(Field& field, GridRole role, bool keep_zeros = false);
+ValueSurvey survey_tiles(Field& field, const LeafSurvey& survey, bool keep_zeros = false);
 
 /// Ends a field's survey: bad values are a notice, or an error under ReadOptions::strict, and tiles
 /// get what stands for +Inf, which it returns. `subject` begins messages.

@@ -29,10 +29,10 @@ void count(const Field& field, Histogram& histogram) {
   for (const Leaf& leaf : field.leaves) {
     const OrderedValues values(field, leaf);
     for (std::size_t i = 0; i < 512; ++i)
-      if (values[i] != 0) take(double(values[i]), 1);
+      if (is_active(values[i])) take(double(values[i]), 1);
   }
   for (const Tile& tile : field.tiles)
-    take(double(tile.value.x), std::pow(double(tile.width), 3.0));
+    if (is_active(tile.value.x)) take(double(tile.value.x), std::pow(double(tile.width), 3.0));
 }
 
 /// Turns lights that a look has set from the camera's into the world's.

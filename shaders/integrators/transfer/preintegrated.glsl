@@ -36,10 +36,10 @@ real3 shading(real front, real back, real length, real attenuation) {
   real most = real(preintegration_size - 1);
   real x = clamp((front - transfer_min) * preintegration_scale, real(0.0), most);
   real y = clamp((back - transfer_min) * preintegration_scale, real(0.0), most);
-  int i = min(int(x), preintegration_size - 2);
-  int j = min(int(y), preintegration_size - 2);
+  int i = table_entry(x, preintegration_size - 2);
+  int j = table_entry(y, preintegration_size - 2);
   real z = sqrt(max(length / preintegration_length, real(0.0)));
-  int layer = int(min(z * real(preintegration_layers), real(preintegration_layers - 1)));
+  int layer = table_entry(z * real(preintegration_layers), preintegration_layers - 1);
   real before = saturation(attenuation * layer_length(layer));
   real behind = saturation(attenuation * layer_length(layer + 1));
   real w = clamp((saturation(attenuation * length) - before) / max(behind - before, real(1e-30)),
