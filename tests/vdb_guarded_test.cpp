@@ -2,12 +2,17 @@
 // what reading in place gives.
 
 #include <fcntl.h>
+#include <linux/filter.h>
+#include <linux/seccomp.h>
 #include <signal.h>
 #include <spawn.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <ctime>
 #include <fstream>
 #include <functional>
 #include <map>
@@ -48,7 +53,7 @@ void send_answer(int connection, const std::string& content) {
 }
 
 void send_failure(int connection, const std::string& message) {
-  send(connection, MessageKind::failure, packed(3, message));
+  send(connection, MessageKind::failure, packed(3, message, false));
 }
 
 /// Sends what of a process should be possible: 1, and what should not.
@@ -65,6 +70,12 @@ void try_forbidden_calls(int connection) {
   send_failure(connection, answer);
 }
 
+/// Uses the processor for a time [s].
+void be_busy(double seconds) {
+  const std::clock_t end = std::clock() + std::clock_t(seconds * CLOCKS_PER_SEC);
+  while (std::clock() < end) continue;
+}
+
 /// What a file does to its reader, by the file's name.
 const std::map<std::string, std::function<void(int connection)>> accidents = {
     {"segfault.vdb", [](int) { *nowhere = 1; }},
@@ -77,6 +88,14 @@ const std::map<std::string, std::function<void(int connection)>> accidents = {
        while (!nowhere) continue;
      }},
     {"sleep.vdb", [](int) { std::this_thread::sleep_for(std::chrono::hours(1)); }},
+    {"naps.vdb",
+     [](int) {
+       for (;;) {
+         std::this_thread::sleep_for(std::chrono::milliseconds(20));
+         be_busy(1e-3);
+       }
+     }},
+    {"slow.vdb", [](int) { be_busy(0.2); }},
     {"overflow.vdb",
      [](int) {
        std::vector<char> huge(std::size_t{1} << 44);
@@ -210,7 +229,7 @@ TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
 
 TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
   if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
-  const Limits limits({.seconds = 0.3, .per_mebibyte = 0, .idle = 0.5});
+  const Limits limits({.seconds = 0.3, .per_mebibyte = 0, .idle = 0.5, .idle_per_second = 0});
   const std::map<std::string, std::string> expected = {
       {"abort.vdb", "reading it crashed (Aborted)"},
       {"terminate.vdb", "reading it crashed (Aborted)"},
@@ -218,6 +237,7 @@ TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
       {"killed.vdb", "for lack of memory"},
       {"hang.vdb", "--trust reads without limits"},
       {"sleep.vdb", "--trust reads without limits"},
+      {"naps.vdb", "--trust reads without limits"},
       {"overflow.vdb", "asks for more memory than there is"},
       {"nonsense.vdb", "its reader answered nonsense"},
       {"empty_answer.vdb", "its reader answered nonsense"},
@@ -259,6 +279,89 @@ TEST(GuardedReading, AFileWhoseGridsAllCrashTakesTheTimeOfAFew) {
   for (std::size_t i = 0; i < 2; ++i)
     EXPECT_NE(rows[i].problem.find("crashed"), std::string::npos) << rows[i].problem;
   EXPECT_EQ(rows[2].problem, "was not read, because reading other grids failed");
+}
+
+TEST(GuardedReading, TheTimeIsThatOfTheFileNotOfAnAnswer) {
+  if (sanitised) GTEST_SKIP() << "sanitizers take more time";
+  const Limits limits({.seconds = 0.5, .per_mebibyte = 0});
+  const auto path = test::write_bytes("slow.vdb", test::file_bytes(asset("blobs.vdb")));
+  const VdbFile file(path);
+  EXPECT_NO_THROW(file.info());
+  const std::string message = input_error([&] {
+    for (int i = 0; i < 3; ++i) file.read("density");
+  });
+  EXPECT_NE(message.find("took longer than a good file"), message.npos) << message;
+}
+
+/// With the directory read again for each grid, and a process for each that is empty, 4,000 of them
+/// took 20 s; 0.2 s are enough.
+TEST(GuardedReading, ThousandsOfEmptyGridsTakeTheTimeOfOneDirectory) {
+  if (sanitised) GTEST_SKIP() << "sanitizers take more time";
+  const auto path = test::scratch_dir() / "empty_grids.vdb";
+  openvdb::GridPtrVec grids;
+  for (int i = 0; i < 4000; ++i) {
+    grids.push_back(openvdb::FloatGrid::create());
+    grids.back()->setName("g" + std::to_string(i));
+  }
+  openvdb::io::File(path.string()).write(grids);
+  const Limits limits({.seconds = 3, .per_mebibyte = 0});
+  const VdbFile file(path);
+  EXPECT_EQ(file.info().size(), 4000u);
+  EXPECT_THROW(file.default_grid(), Error);
+  int refused = 0;
+  for (const std::string& name : file.names())
+    refused += !input_error([&] { file.read(name); }).empty();
+  EXPECT_EQ(refused, 4000);
+}
+
+TEST(GuardedReading, WhatAHeaderClaimsCountsUpToWhatAFileCanHold) {
+  guard::Budget budget(1 << 20);
+  const guard::Limits& limits = guard::limits;
+  const double known = guard::sanitised ? 10 * (limits.seconds + limits.per_mebibyte)
+                                        : limits.seconds + limits.per_mebibyte;
+  EXPECT_TRUE(budget.spend(known, 0));
+  EXPECT_FALSE(budget.spend(1, 0));
+  budget.claim(std::uint64_t{1} << 60);
+  EXPECT_TRUE(budget.spend(0, 0));
+  EXPECT_FALSE(budget.spend(1040 * limits.per_unpacked_mebibyte * (guard::sanitised ? 10 : 1), 0));
+}
+
+/// From now on the kernel gives this process no filter of calls.
+void deny_seccomp() {
+  const auto field = [](std::size_t offset) {
+    return sock_filter(BPF_STMT(BPF_LD | BPF_W | BPF_ABS, unsigned(offset)));
+  };
+  const auto unless = [](unsigned value, unsigned char skipped) {
+    return sock_filter(BPF_JUMP(BPF_JMP | BPF_JEQ | BPF_K, value, 0, skipped));
+  };
+  const auto end = [](unsigned action) { return sock_filter(BPF_STMT(BPF_RET | BPF_K, action)); };
+  sock_filter code[] = {field(offsetof(seccomp_data, nr)),   unless(SYS_seccomp, 1),
+                        end(SECCOMP_RET_ERRNO | EPERM),      unless(SYS_prctl, 3),
+                        field(offsetof(seccomp_data, args)), unless(PR_SET_SECCOMP, 1),
+                        end(SECCOMP_RET_ERRNO | EPERM),      end(SECCOMP_RET_ALLOW)};
+  const sock_fprog program{std::size(code), code};
+  prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0);
+  prctl(PR_SET_SECCOMP, SECCOMP_MODE_FILTER, &program);
+}
+
+/// What such a process says, in place of the exit code's success.
+std::string found_without_seccomp(const std::string& path) {
+  if (reading_guard() != "resource limits, without seccomp") return reading_guard();
+  VdbFile(path).read("density");
+  trust_files(Trust::no);
+  const std::string message = input_error([&] { VdbFile file(path); });
+  return message.find("as --trust=no demands") == message.npos ? "read: " + message : "";
+}
+
+TEST(GuardedReading, WhereTheKernelRefusesSeccompItIsSaidAndCanBeRefused) {
+  if (sanitised) GTEST_SKIP() << "no seccomp under sanitizers";
+  const std::string self = std::filesystem::read_symlink("/proc/self/exe");
+  EXPECT_EQ(std::system(
+                ("'" + self + "' --without-seccomp '" + asset("blobs.vdb").string() + "'").c_str()),
+            0);
+  trust_files(Trust::no);
+  EXPECT_NO_THROW(VdbFile(asset("blobs.vdb")).read("density"));
+  trust_files(Trust::if_needed);
 }
 
 TEST(GuardedReading, WhatAReaderSaysIsOneLine) {
@@ -362,6 +465,15 @@ int processes_below() {
   return count;
 }
 
+TEST(GuardedReading, AnErrorLeavesTheReader) {
+  const auto reader =
+      open_guarded_reader(std::make_shared<FileBlocks>(asset("blobs.vdb")), nullptr);
+  EXPECT_EQ(reader->facts().grids.size(), 3u);
+  const int before = processes_below();
+  EXPECT_THROW(reader->read("nothing", {}), Error);
+  EXPECT_EQ(processes_below(), before);
+}
+
 /// Until it is so, for a minute at most: the system may take its time.
 template <typename Condition>
 bool becomes(const Condition& condition) {
@@ -407,8 +519,15 @@ TEST(GuardedReading, AReaderEndsWithItsVdbFile) {
 }  // namespace psivox::vdb
 
 int main(int argc, char** argv) {
+  const bool denied = argc == 3 && std::string(argv[1]) == "--without-seccomp";
+  if (denied) psivox::vdb::deny_seccomp();
   psivox::guard::before_answer = psivox::vdb::have_accident;
   psivox::start_guarded_reading();
+  if (denied) {
+    const std::string found = psivox::vdb::found_without_seccomp(argv[2]);
+    std::fputs(found.c_str(), stderr);
+    return found.empty() ? 0 : 1;
+  }
   if (argc == 3 && std::string(argv[1]) == "--read") {
     const psivox::VdbFile file(argv[2]);
     return 0;

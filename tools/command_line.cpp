@@ -127,10 +127,24 @@ void CommandLine::check_remaining() const {
 }
 
 void CommandLine::add_trust() {
-  add_flag_callback(
-      "--trust", trust_files,
-      "read files of volumes without a guarded process, time limit or memory limit: a hostile file "
-      "can then crash psivox or run code")
+  const auto take = [](const std::string& text) {
+    if (text == "no")
+      trust_files(Trust::no);
+    else if (text == "if-needed")
+      trust_files(Trust::if_needed);
+    else if (text == "yes" || text == "true")
+      trust_files(Trust::yes);
+    else
+      psivox::usage("--trust " + in_quotes(text) + ": expected no, if-needed or yes");
+  };
+  add_flag("--trust")
+      ->each(take)
+      ->option_text("[=no|if-needed|yes]")
+      ->description(
+          "how to read files of volumes: no: in a process that the kernel restricts, or not at "
+          "all; "
+          "if-needed (default): in a process with the limits that this system has; yes, or --trust "
+          "alone: without limits, so that a hostile file can crash psivox or run code")
       ->group(group_name(ParameterGroup::input));
 }
 

@@ -39,7 +39,7 @@ def options_of(psivox, command):
 
 
 def split_default(names, metavar, text):
-    names = names.replace("[=true|false]", "")
+    names = re.sub(r"\[=[^]]*\]", "", names)
     if found := re.fullmatch(r"(.*) \(default: (.*)\)", text.strip()):
         return names, metavar, found[1], found[2]
     return names, metavar, text.strip(), ""

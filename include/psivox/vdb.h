@@ -207,12 +207,17 @@ void start_guarded_reading(const std::filesystem::path& server);
 /// The main() of that program.
 [[noreturn]] void serve_guarded_reading();
 
-/// VdbFiles that are opened from now on are read in place, as `--trust` asks for.
-void trust_files();
+/// How VdbFiles are read that are opened from now on, as `--trust` has it.
+enum class Trust {
+  no,         ///< in a guarded process whose calls the kernel restricts, or not at all
+  if_needed,  ///< in a guarded process, under the limits that this system has
+  yes,        ///< in place
+};
+void trust_files(Trust trust = Trust::yes);
 
-/// What guards reading here: `seccomp and resource limits`; `resource limits, without seccomp` if
-/// the kernel lacks it; `nothing` if files are read in place, or `nothing: ` and why this psivox
-/// always does so.
+/// What guards reading here, as a process of that kind has found: `seccomp and resource limits`;
+/// `resource limits, without seccomp` if the kernel refuses it; `nothing` if files are read in
+/// place, or `nothing: ` and why this psivox always does so.
 std::string reading_guard();
 
 }  // namespace psivox

@@ -5,6 +5,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <chrono>
@@ -16,6 +17,7 @@
 #include <utility>
 #include <vector>
 
+#include "base/memory.h"
 #include "base/text.h"
 #include "pack.h"
 #include "psivox/error.h"
@@ -111,18 +113,18 @@ bool send(int socket, MessageKind kind, std::string_view content, int descriptor
 }
 
 bool MessageInput::receive(int socket) {
-  std::array<char, 64 << 10> bytes;
+  static thread_local std::array<char, 64 << 10> bytes;  // more than some threads have as a stack
   const std::int64_t got = receive_with(socket, bytes.data(), bytes.size(), &descriptor_);
   if (got == 0) return false;
   if (got > 0) bytes_.append(bytes.data(), static_cast<std::size_t>(got));
   return true;
 }
 
-std::optional<Message> MessageInput::next() {
+std::optional<Message> MessageInput::next(std::uint64_t most) {
   Header header;
   if (bytes_.size() < sizeof header) return {};
   std::memcpy(&header, bytes_.data(), sizeof header);
-  if (header.length > longest) throw std::runtime_error("a message is too long");
+  if (header.length > most) throw std::runtime_error("a message is too long");
   if (bytes_.size() - sizeof header < header.length) return {};
   Message message{header.kind, bytes_.substr(sizeof header, header.length), std::move(descriptor_)};
   bytes_.erase(0, sizeof header + header.length);
@@ -130,17 +132,13 @@ std::optional<Message> MessageInput::next() {
 }
 
 Limits limits;
+std::atomic<bool> demands_restriction = false;
 
 namespace {
 
 constexpr int tick_ms = 50;
-
-/// Processor time for a file of that size [s].
-double most_seconds(std::int64_t file_size) {
-  constexpr double slowness = sanitised ? 10 : 1;
-  return slowness *
-         (limits.seconds + limits.per_mebibyte * static_cast<double>(file_size) / (1 << 20));
-}
+constexpr double mebibyte = 1 << 20;
+constexpr double slowness = sanitised ? 10 : 1;
 
 constexpr std::size_t longest_error = 4096;
 
@@ -151,41 +149,28 @@ bool receive_whole(int socket, T& value) {
 
 }  // namespace
 
-/// Measures a process between two calls of exceeds(). Time in which this process does not run, as
-/// on a machine that sleeps, does not count.
-class Process::Watch {
- public:
-  explicit Watch(pid_t process) {
-    known_ = process > 0 && clock_getcpuclockid(process, &clock_) == 0;
-    begin_ = last_ = seconds();
-  }
+Budget::Budget(std::int64_t file_size)
+    : file_size_(file_size),
+      most_(slowness *
+            (limits.seconds + limits.per_mebibyte * static_cast<double>(file_size) / mebibyte)) {}
 
-  /// Called every tick or more often: the process has taken more time than that.
-  bool exceeds(double limit) {
-    const auto now = std::chrono::steady_clock::now();
-    if (now - ticked_ < std::chrono::milliseconds(tick_ms)) return false;
-    ticked_ = now;
-    const double used = seconds();
-    idle_ = used > last_ ? 0 : idle_ + 1e-3 * tick_ms;
-    last_ = used;
-    return used - begin_ > limit || idle_ > limits.idle;
-  }
+void Budget::claim(std::uint64_t bytes) {
+  constexpr double most_packed = 1032;  // bytes that deflate packs into one
+  const double holds = most_packed * static_cast<double>(file_size_);
+  deliver(static_cast<std::uint64_t>(std::min(static_cast<double>(bytes), holds)));
+}
 
- private:
-  double seconds() const {
-    timespec time{};
-    if (!known_ || clock_gettime(clock_, &time) != 0) return last_;
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  }
+void Budget::deliver(std::uint64_t bytes) {
+  most_ += slowness * limits.per_unpacked_mebibyte * static_cast<double>(bytes) / mebibyte;
+}
 
-  clockid_t clock_{};
-  bool known_ = false;
-  double begin_ = 0, last_ = 0, idle_ = 0;  // [s]
-  std::chrono::steady_clock::time_point ticked_ = std::chrono::steady_clock::now();
-};
+bool Budget::spend(double processor, double idle) {
+  const double used = processor_ += processor, waited = idle_ += idle;
+  return used <= most_ && waited <= limits.idle + limits.idle_per_second * used;
+}
 
-Process::Process(std::string path, int file, std::int64_t file_size)
-    : path_(std::move(path)), most_seconds_(most_seconds(file_size)), ends_(start_process()) {
+Process::Process(std::string path, int file, std::shared_ptr<Budget> budget)
+    : path_(std::move(path)), budget_(std::move(budget)), ends_(start_process()) {
   send(ends_.connection.get(), MessageKind::open, path_, file);
 }
 
@@ -202,46 +187,88 @@ void Process::explain_end() const {
     throw Error(ExitCode::failure, path_ + ": no process to read it in could be started");
   if (!receive_whole(ends_.life.get(), status)) fail("cannot be read: its reader has ended");
   if (!WIFSIGNALED(status)) fail("cannot be read: its reader ended without an answer");
+  constexpr std::uint64_t scarce = 256 << 20;  // a library may not look whether it was given memory
+  if (const std::uint64_t left = available_memory(); left > 0 && left < scarce)
+    throw Error(ExitCode::memory, path_ + ": cannot be read: its reader ended where " +
+                                      mebibytes(left) + " of memory are left");
   const int signal = WTERMSIG(status);
   if (signal == SIGKILL)
     fail("cannot be read: the system has ended its reader, for lack of memory");
   fail("is damaged: reading it crashed (" + std::string(strsignal(signal)) + ")");
 }
 
-std::optional<std::string> Process::take_answer(const Progress& progress) {
-  while (std::optional<Message> message = input_.next()) {
-    if (message->kind == MessageKind::answer) return std::move(message->content);
-    if (message->kind == MessageKind::failure) {
+double Process::seconds() const {
+  clockid_t clock{};
+  timespec time{};
+  if (process_ <= 0 || clock_getcpuclockid(process_, &clock) != 0 ||
+      clock_gettime(clock, &time) != 0)
+    return counted_;
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
+
+void Process::count_time(double waited) {
+  const double now = seconds(), used = now - counted_;
+  counted_ = now;
+  if (!budget_->spend(used, std::max(0.0, waited - used)))
+    fail(
+        "reading it took longer than a good file of its size can take; if you trust it, --trust"
+        " reads without limits");
+}
+
+/// Time in which this process does not run, as on a machine that sleeps, does not count.
+Message Process::next_message() {
+  using Clock = std::chrono::steady_clock;
+  constexpr std::uint64_t small = 64 << 20, per_byte = 64;
+  const std::uint64_t most = std::min(
+      MessageInput::longest, small + per_byte * static_cast<std::uint64_t>(budget_->file_size()));
+  for (;;) {
+    if (std::optional<Message> message = input_.next(most)) return std::move(*message);
+    pollfd wait{ends_.connection.get(), POLLIN, 0};
+    const Clock::time_point begin = Clock::now();
+    const int ready = poll(&wait, 1, tick_ms);
+    const std::chrono::duration<double> waited = Clock::now() - begin;
+    count_time(std::min(waited.count(), 2e-3 * tick_ms));
+    if (ready > 0 && !input_.receive(ends_.connection.get())) explain_end();
+  }
+}
+
+bool Process::begin(std::string subject) {
+  subject_ = std::move(subject);
+  process();
+  while (!restricted_) {
+    const Message message = next_message();
+    if (message.kind != MessageKind::begun) throw std::runtime_error("it answers unasked");
+    unpack(message.content, restricted_.emplace());
+  }
+  return *restricted_;
+}
+
+std::string Process::ask(std::string_view request, int descriptor, std::string subject,
+                         const Progress& progress) {
+  if (!begin(std::move(subject)) && demands_restriction)
+    fail(
+        "is not read: the kernel does not restrict its reader's calls, as --trust=no demands; "
+        "--trust=if-needed reads it under limits of time and memory");
+  // if the reader has ended, receiving says why
+  send(ends_.connection.get(), MessageKind::request, request, descriptor);
+  intact_ = false;
+  for (;;) {
+    Message message = next_message();
+    if (message.kind == MessageKind::answer) {
+      intact_ = true;
+      return std::move(message.content);
+    }
+    if (message.kind == MessageKind::failure) {
       int code = 0;
       std::string text;
-      unpack(message->content, code, text);
+      unpack(message.content, code, text, intact_);
       const bool memory = code == static_cast<int>(ExitCode::memory);
       throw Error(memory ? ExitCode::memory : ExitCode::input,
                   printable(text.substr(0, longest_error)));
     }
     double fraction = 0;
-    unpack(message->content, fraction);
+    unpack(message.content, fraction);
     if (progress && fraction >= 0 && fraction <= 1) progress(fraction);
-  }
-  return {};
-}
-
-std::string Process::ask(std::string_view request, int descriptor, std::string subject,
-                         const Progress& progress) {
-  subject_ = std::move(subject);
-  // if the reader has ended, receiving says why
-  send(ends_.connection.get(), MessageKind::request, request, descriptor);
-  Watch watch(process());
-  for (;;) {
-    pollfd wait{ends_.connection.get(), POLLIN, 0};
-    const int ready = poll(&wait, 1, tick_ms);
-    if (watch.exceeds(most_seconds_))
-      fail(
-          "reading it took longer than a good file of its size can take; if you trust it, --trust"
-          " reads without limits");
-    if (ready <= 0) continue;
-    if (!input_.receive(ends_.connection.get())) explain_end();
-    if (std::optional<std::string> answer = take_answer(progress)) return std::move(*answer);
   }
 }
 

@@ -69,11 +69,11 @@ constexpr int allowed_calls[] = {SCMP_SYS(read),
                                  SCMP_SYS(getrandom)};
 
 /// Loads the filter. All other calls fail, as in a kernel that lacks them: then libraries do
-/// without. An error is ignored, since limits of resources still hold.
-void restrict_calls() {
+/// without. Returns false if the kernel refuses it: limits of resources still hold.
+bool restrict_calls() {
   const std::unique_ptr<void, decltype(&seccomp_release)> filter(
       seccomp_init(SCMP_ACT_ERRNO(ENOSYS)), seccomp_release);
-  if (!filter) return;
+  if (!filter) return false;
   const auto allow = [&](int call, auto... arguments) {
     seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, call, sizeof...(arguments), arguments...);
   };
@@ -87,21 +87,22 @@ void restrict_calls() {
   allow(SCMP_SYS(mprotect), SCMP_A2(SCMP_CMP_MASKED_EQ, PROT_EXEC, 0));
   // limits can be asked for
   allow(SCMP_SYS(prlimit64), SCMP_A2(SCMP_CMP_EQ, 0));
-  seccomp_load(filter.get());
+  return seccomp_load(filter.get()) == 0;
 }
 
 /// Limits this process to `memory` bytes of its own (0: any number), before it starts threads.
-void restrict_process(std::uint64_t memory) {
+/// Returns whether the kernel restricts its calls.
+bool restrict_process(std::uint64_t memory) {
   limit(RLIMIT_CORE, 0);
   if (memory == 0) memory = std::uint64_t{1} << 60;
   limit(RLIMIT_FSIZE, memory);
-  if (sanitised) return;
+  if (sanitised) return false;
   // stacks, and what the allocator reserves for each thread
   constexpr std::uint64_t stack = 16 << 20, reserved = 128 << 20;
   const std::uint64_t threads = std::thread::hardware_concurrency() + 1;
   limit(RLIMIT_DATA, memory + threads * stack);
   limit(RLIMIT_AS, 2 * memory + threads * (stack + reserved) + (std::uint64_t{4} << 30));
-  restrict_calls();
+  return restrict_calls();
 }
 
 class Connection {
@@ -120,7 +121,7 @@ class Connection {
           path_ = message->content;
           service_ = open_(path_, std::move(message->descriptor),
                            [this](double fraction) { report(fraction); });
-          restrict_process(memory);
+          reply(MessageKind::begun, packed(restrict_process(memory)));
         }
       }
   }
@@ -131,7 +132,7 @@ class Connection {
       if (before_answer) before_answer(path_, request.content, socket_);
       reply(MessageKind::answer, service_->answer(request.content, request.descriptor.get()));
     } catch (const Error& error) {
-      fail(error.code(), error.what());
+      fail(error.code(), error.what(), error.code() == ExitCode::input);
     } catch (const std::bad_alloc&) {
       fail(ExitCode::input, path_ + ": asks for more memory than there is");
     } catch (const std::exception& error) {
@@ -139,8 +140,8 @@ class Connection {
     }
   }
 
-  void fail(ExitCode code, const std::string& message) {
-    reply(MessageKind::failure, packed(static_cast<int>(code), message));
+  void fail(ExitCode code, const std::string& message, bool intact = false) {
+    reply(MessageKind::failure, packed(static_cast<int>(code), message, intact));
   }
 
   void reply(MessageKind kind, std::string_view content) {
@@ -164,8 +165,6 @@ class Connection {
 };
 
 }  // namespace
-
-bool has_seccomp() { return !sanitised && seccomp_api_get() > 0; }
 
 void serve(int connection, OpenService open) {
   try {

@@ -2,6 +2,7 @@
 
 #include <sys/types.h>
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -48,10 +49,11 @@ std::int64_t receive_with(int socket, char* bytes, std::size_t size, Descriptor*
 
 enum class MessageKind : std::uint32_t {
   open,     ///< the path of the file that a process is to serve; with its descriptor
+  begun,    ///< whether the kernel restricts the process's calls; before the first answer
   request,  ///< whatever a Service takes; with a descriptor or none
   progress,
   answer,
-  failure,  ///< an Error
+  failure,  ///< an Error, and whether the service can answer more
 };
 
 struct Message {
@@ -70,10 +72,10 @@ class MessageInput {
   /// the connection.
   bool receive(int socket);
 
-  /// The next complete message. Throws std::runtime_error if it claims more than `longest` bytes.
-  std::optional<Message> next();
-
   static constexpr std::uint64_t longest = std::uint64_t{1} << 30;  // [bytes]
+
+  /// The next complete message. Throws std::runtime_error if it claims more than `most` bytes.
+  std::optional<Message> next(std::uint64_t most = longest);
 
  private:
   std::string bytes_;
@@ -140,24 +142,53 @@ ProcessEnds start_process();
 extern std::function<void(const std::string& path, std::string_view request, int connection)>
     before_answer;
 
-/// Whether the kernel can restrict a process's system calls.
-bool has_seccomp();
+/// Whether processes whose calls the kernel does not restrict are refused.
+extern std::atomic<bool> demands_restriction;
 
-/// What a reader may take for one answer [s]. A file that takes longer is refused, so these are far
-/// above what good files take. Tests set others.
+/// What the readers of a file may take, all answers together [s]. A file that takes longer is
+/// refused, so these are far above what good files take. Tests set others.
 struct Limits {
-  double seconds = 5;       ///< processor time for a small file
-  double per_mebibyte = 1;  ///< and for each MiB of the file
-  double idle = 60;         ///< without any use of the processor
+  double seconds = 10;                 ///< processor time for a small file
+  double per_mebibyte = 2;             ///< and for each MiB of the file
+  double per_unpacked_mebibyte = 0.1;  ///< and for each MiB of values
+  double idle = 60;                    ///< without use of the processor,
+  double idle_per_second = 10;         ///< and for each second of its use
 };
 extern Limits limits;
+
+/// The time of a file's readers. Several threads may use it.
+class Budget {
+ public:
+  explicit Budget(std::int64_t file_size);
+
+  /// The file's header claims so many bytes of values, of which no more count than a file of that
+  /// size can hold.
+  void claim(std::uint64_t bytes);
+  /// A reader has sent so many bytes of values.
+  void deliver(std::uint64_t bytes);
+  /// Notes processor time and time without its use. Returns false if that is too much.
+  bool spend(double processor, double idle);
+
+  std::int64_t file_size() const { return file_size_; }
+
+ private:
+  std::int64_t file_size_;
+  std::atomic<double> most_, processor_ = 0, idle_ = 0;
+};
 
 /// One reader process, as the program sees it. It serves one file. All that it sends may be the
 /// work of a hostile file.
 class Process {
  public:
   /// Starts the process and hands it an open file. Throws Error(failure).
-  Process(std::string path, int file, std::int64_t file_size);
+  Process(std::string path, int file, std::shared_ptr<Budget> budget);
+
+  /// Waits until the process has limited itself. Returns whether the kernel restricts its calls.
+  /// Throws Error(input) about what became of it.
+  bool begin(std::string subject);
+
+  /// Whether it can answer after ask() threw.
+  bool is_intact() const { return intact_; }
 
   /// The answer to a request, with which a descriptor may go. `subject` begins messages. Throws
   /// Error: the reader's own, or Error(input) about what became of it. Passes on what `progress`
@@ -166,15 +197,18 @@ class Process {
                   const Progress& progress);
 
  private:
-  class Watch;
-
   [[noreturn]] void fail(const std::string& what) const;
   [[noreturn]] void explain_end() const;
-  std::optional<std::string> take_answer(const Progress& progress);
+  Message next_message();
+  double seconds() const;
+  void count_time(double waited);
   pid_t process();
 
   std::string path_;
-  double most_seconds_;  ///< of the processor, for an answer
+  std::shared_ptr<Budget> budget_;
+  double counted_ = 0;  ///< of the processor's time [s]
+  std::optional<bool> restricted_;
+  bool intact_ = true;
   ProcessEnds ends_;
   MessageInput input_;
   pid_t process_ = 0;  ///< 0: not known yet

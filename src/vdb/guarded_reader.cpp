@@ -57,9 +57,10 @@ std::optional<typename R::Answer> ask_process(guard::Process& process, const Fil
 class GuardedLeaves final : public LeafReader {
  public:
   GuardedLeaves(std::unique_ptr<guard::Process> process, std::shared_ptr<FileBlocks> file,
-                const FieldFacts& facts, GridRole role)
+                std::shared_ptr<guard::Budget> budget, const FieldFacts& facts, GridRole role)
       : process_(std::move(process)),
         file_(std::move(file)),
+        budget_(std::move(budget)),
         floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(facts.field.channels)),
         role_(role),
         active_tiles_(facts.active_tiles) {}
@@ -77,6 +78,7 @@ class GuardedLeaves final : public LeafReader {
           ask_process(*process_, *file_, request, -1, {},
                       [&](const LeavesAnswer& got) { take(got, to, what == LeafRead::active); });
       if (!answer) throw nonsense(*file_, "nothing");
+      budget_->deliver(to.size_bytes());
       found = found + answer->survey;
       values += to.size();
     }
@@ -100,23 +102,28 @@ class GuardedLeaves final : public LeafReader {
   mutable std::mutex mutex_;  ///< of the process
   std::unique_ptr<guard::Process> process_;
   std::shared_ptr<FileBlocks> file_;
+  std::shared_ptr<guard::Budget> budget_;
   std::size_t floats_per_leaf_;
   GridRole role_;
   std::vector<TileValue> active_tiles_;
 };
 
-/// Reads in a process of its own, which answers as open_reader's reader does. After an error the
-/// next call starts another process.
+/// Reads in a process of its own, which answers as open_reader's reader does. If the process ends,
+/// the next call starts another one.
 class GuardedReader final : public Reader {
  public:
   /// `data`: as open_reader takes it.
   GuardedReader(std::shared_ptr<FileBlocks> file, std::shared_ptr<FileBlocks> data,
                 Progress progress)
-      : file_(std::move(file)), data_(std::move(data)), progress_(std::move(progress)) {}
+      : file_(std::move(file)),
+        data_(std::move(data)),
+        progress_(std::move(progress)),
+        budget_(std::make_shared<guard::Budget>(file_->size() + (data_ ? data_->size() : 0))) {}
 
   FileFacts facts() override {
     const std::lock_guard lock(mutex_);
     facts_ = ask(FactsRequest());
+    budget_->claim(facts_.value_bytes);
     // so that OpenVDB is there when the grid is read
     if (std::ranges::count(facts_.grids, level_set_class, &GridFacts::grid_class) > 0)
       guard::prepare_server();
@@ -176,34 +183,41 @@ class GuardedReader final : public Reader {
       if (is_of_this_process(error)) throw;
       throw nonsense(*file_, error.what());
     }
+    budget_->deliver(facts.leaves * kLeafVoxels * static_cast<std::size_t>(facts.field.channels) *
+                     sizeof(float));
     last_ = facts.stored() ? Field() : facts.field;
     last_storage_ = last_.storage;
     last_.storage.reset();
     // from now on that process reads leaves, as long as the field is held
     if (facts.stored())
       facts.field.reader =
-          std::make_shared<GuardedLeaves>(std::move(process_), file_, facts, options.role);
+          std::make_shared<GuardedLeaves>(std::move(process_), file_, budget_, facts, options.role);
     return std::move(facts.field);
   }
 
  private:
   std::unique_ptr<guard::Process> started() {
     last_storage_.reset();
-    const std::int64_t size = file_->size() + (data_ ? data_->size() : 0);
-    auto process = std::make_unique<guard::Process>(file_->path(), file_->descriptor(), size);
+    auto process = std::make_unique<guard::Process>(file_->path(), file_->descriptor(), budget_);
     if (data_)
       ask_process(*process, *file_, DataRequest{.path = data_->path(), .size = data_->size()},
                   data_->descriptor(), {}, no_check);
     return process;
   }
 
-  /// The answer to a request, after check(answer). What is thrown ends the process.
+  /// The answer to a request, after check(answer). What is thrown ends the process, but for an
+  /// Error that the process answers with.
   template <typename R, typename Check = decltype(no_check)>
   typename R::Answer ask(const R& request, int descriptor = -1, const Check& check = no_check) {
     for (bool prepared = false;; prepared = true) {
       auto process = process_ ? std::move(process_) : started();
-      std::optional<typename R::Answer> answer =
-          ask_process(*process, *file_, request, descriptor, progress_, check);
+      std::optional<typename R::Answer> answer;
+      try {
+        answer = ask_process(*process, *file_, request, descriptor, progress_, check);
+      } catch (const Error&) {
+        if (process->is_intact()) process_ = std::move(process);
+        throw;
+      }
       if (answer) {
         process_ = std::move(process);
         return std::move(*answer);
@@ -233,6 +247,7 @@ class GuardedReader final : public Reader {
 
   std::shared_ptr<FileBlocks> file_, data_;
   Progress progress_;
+  std::shared_ptr<guard::Budget> budget_;
   std::mutex mutex_;  ///< of what follows: one request at a time
   std::unique_ptr<guard::Process> process_;
   FileFacts facts_;
@@ -240,25 +255,40 @@ class GuardedReader final : public Reader {
   Field last_;                              ///< its leaves and tiles, without storage
 };
 
-std::atomic<bool> trusted = false;
+std::atomic<Trust> trust = Trust::if_needed;
 
-bool reads_guarded() { return guard::has_server() && !trusted; }
+bool reads_guarded() { return guard::has_server() && trust != Trust::yes; }
+
+/// Whether the kernel restricts the calls of a process that is started to find out.
+bool has_restriction() {
+  const guard::Descriptor nothing = shared_memory();
+  return guard::Process("", nothing.get(), std::make_shared<guard::Budget>(0)).begin("");
+}
 
 }  // namespace
 
 std::unique_ptr<Reader> open_guarded_reader(std::shared_ptr<FileBlocks> file,
                                             std::shared_ptr<FileBlocks> data, Progress progress) {
-  if (!reads_guarded()) return {};
-  return std::make_unique<GuardedReader>(std::move(file), std::move(data), std::move(progress));
+  if (reads_guarded())
+    return std::make_unique<GuardedReader>(std::move(file), std::move(data), std::move(progress));
+  if (trust == Trust::no)
+    throw Error(ExitCode::input, file->path() +
+                                     ": is not read: no guarded process reads files "
+                                     "here, as --trust=no demands");
+  return {};
 }
 
 }  // namespace vdb
 
-void trust_files() { vdb::trusted = true; }
+void trust_files(Trust trust) {
+  vdb::trust = trust;
+  guard::demands_restriction = trust == Trust::no;
+}
 
 std::string reading_guard() {
   if (!vdb::reads_guarded()) return "nothing";
-  return guard::has_seccomp() ? "seccomp and resource limits" : "resource limits, without seccomp";
+  return vdb::has_restriction() ? "seccomp and resource limits"
+                                : "resource limits, without seccomp";
 }
 
 }  // namespace psivox

@@ -5,6 +5,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "archive.h"
@@ -136,7 +137,7 @@ GridInfo grid_info(GridFile& file, const GridEntry& entry, bool values) {
   return info;
 }
 
-/// Reads in this process. Each read has a stream of its own, so that reads may run in several
+/// Reads in this process. Each read has a stream to itself, so that reads may run in several
 /// threads and a failed one does not affect the others.
 class InPlaceReader final : public Reader {
  public:
@@ -144,43 +145,43 @@ class InPlaceReader final : public Reader {
       : file_(std::move(file)), progress_(std::move(progress)) {}
 
   FileFacts facts() override {
-    const auto grids = open_grids(file_, progress_);
-    FileFacts facts;
-    facts.metadata = grids->metadata();
-    facts.lost = grids->lost();
-    std::vector<std::string> names;
-    std::vector<MetadataText> metadata;
-    for (const GridEntry& entry : grids->entries()) {
-      const std::string& type = entry.type;
-      names.push_back(entry.base_name);
-      metadata.push_back(grids->metadata_of(entry));
-      facts.grids.push_back({entry.name, names.back(),
-                             entry.problem.empty() ? channels_of(type) : 0, value_type_of(type),
-                             std::string(class_in(metadata.back()))});
-    }
-    facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
-    return facts;
+    return with_grids([](GridFile& grids) {
+      FileFacts facts;
+      facts.metadata = grids.metadata();
+      facts.lost = grids.lost();
+      std::vector<std::string> names;
+      std::vector<MetadataText> metadata;
+      for (const GridEntry& entry : grids.entries()) {
+        const std::string& type = entry.type;
+        names.push_back(entry.base_name);
+        metadata.push_back(grids.metadata_of(entry));
+        facts.grids.push_back({entry.name, names.back(),
+                               entry.problem.empty() ? channels_of(type) : 0, value_type_of(type),
+                               std::string(class_in(metadata.back()))});
+      }
+      facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
+      return facts;
+    });
   }
 
   std::vector<GridInfo> info(const std::string& grid, bool values) override {
-    const auto grids = open_grids(file_);
-    if (!grid.empty()) return {grid_info(*grids, grids->find(grid), values)};
-    std::vector<GridInfo> rows;
-    for (const GridEntry& entry : grids->entries())
-      rows.push_back(grid_info(*grids, entry, values));
-    return rows;
+    return with_grids([&](GridFile& grids) {
+      std::vector<GridInfo> rows;
+      if (!grid.empty()) return std::vector{grid_info(grids, grids.find(grid), values)};
+      for (const GridEntry& entry : grids.entries())
+        rows.push_back(grid_info(grids, entry, values));
+      return rows;
+    });
   }
 
   GridContent content(const std::string& grid) override {
-    const auto grids = open_grids(file_);
-    return content_of(*grids, grids->find(grid));
+    return with_grids([&](GridFile& grids) { return content_of(grids, grids.find(grid)); });
   }
 
   Field read(const std::string& grid, const ReadOptions& options) override {
-    const auto grids = open_grids(file_, progress_);
-    const GridEntry& entry = grids->find(grid);
     if (std::optional<Field> same = last_field(grid, options)) return std::move(*same);
-    ReadGrid read = read_grid(*grids, entry, options);
+    ReadGrid read =
+        with_grids([&](GridFile& grids) { return read_grid(grids, grids.find(grid), options); });
     if (options.active || !read.voxels) return std::move(read.field);
     const std::lock_guard lock(mutex_);
     last_ = read.field;
@@ -194,6 +195,21 @@ class InPlaceReader final : public Reader {
   }
 
  private:
+  /// The result of work, in a directory that is read again only if another thread uses it.
+  template <typename Work>
+  std::invoke_result_t<const Work&, GridFile&> with_grids(const Work& work) {
+    std::unique_ptr<GridFile> grids;
+    {
+      const std::lock_guard lock(mutex_);
+      grids = std::move(idle_);
+    }
+    if (!grids) grids = open_grids(file_, progress_);
+    auto result = work(*grids);
+    const std::lock_guard lock(mutex_);
+    idle_ = std::move(grids);
+    return result;
+  }
+
   /// The field that was read last, as long as somebody holds it, if it has the same values for
   /// these options. A scene in an automatic look reads its density for one role and then another.
   std::optional<Field> last_field(const std::string& name, const ReadOptions& options) {
@@ -210,8 +226,9 @@ class InPlaceReader final : public Reader {
   std::shared_ptr<FileBlocks> file_;  ///< shared with the readers of fields
   Progress progress_;
 
-  std::mutex mutex_;  ///< of what follows
-  Field last_;        ///< without storage, which follows
+  std::mutex mutex_;                ///< of what follows
+  std::unique_ptr<GridFile> idle_;  ///< whose directory is read
+  Field last_;                      ///< without storage, which follows
   std::weak_ptr<const Voxels> last_voxels_;
   GridRole last_role_ = GridRole::attenuation;
 };
@@ -226,6 +243,7 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
   source.type = header.format;
   source.facts.metadata = header.metadata;
   source.facts.z_up = header.z_up;
+  source.facts.value_bytes = std::uint64_t(header.values) * std::uint64_t(size_of(header.type));
   if (header.frames > 1) source.facts.metadata["frames"] = std::to_string(header.frames);
   const std::string base = header.colour ? "rgb" : "image";
   for (std::int64_t n = 0; n < header.frames; ++n)

@@ -27,7 +27,8 @@ struct FileFacts {
   std::vector<GridFacts> grids;  ///< in file order
   std::map<std::string, std::string> metadata{};
   std::string z_up{};
-  int lost = 0;  ///< number of its grids that are cut off or damaged
+  int lost = 0;                   ///< number of its grids that are cut off or damaged
+  std::uint64_t value_bytes = 0;  ///< of all values, unpacked, if the header tells
 };
 
 /// What VdbFile does with an open file; VdbFile documents the functions. They take grids by
@@ -73,8 +74,8 @@ auto or_input_error(const Work& work, const Text& text) {
 std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
                                     std::shared_ptr<FileBlocks> data, Progress progress = {});
 
-/// The same in a guarded process; null unless start_guarded_reading() was called, and trust_files()
-/// was not. After an error the next call starts another process.
+/// The same in a guarded process; null unless start_guarded_reading() was called, and files are not
+/// trusted. Throws Error(input) if Trust::no demands such a process.
 std::unique_ptr<Reader> open_guarded_reader(std::shared_ptr<FileBlocks> file,
                                             std::shared_ptr<FileBlocks> data,
                                             Progress progress = {});
