@@ -44,8 +44,9 @@ TEST(Memory, IsWhatTheGroupLeavesWithoutItsFileCache) {
   const Root root("0::/user/job\n");
   root.write("sys/fs/cgroup/user/job/memory.max", "700000\n");
   root.write("sys/fs/cgroup/user/job/memory.current", "300000\n");
-  root.write("sys/fs/cgroup/user/job/memory.stat", "anon 200000\ninactive_file 100000\n");
-  EXPECT_EQ(root.left(), 500000);
+  root.write("sys/fs/cgroup/user/job/memory.stat",
+             "anon 150000\ninactive_file 100000\nactive_file 50000\n");
+  EXPECT_EQ(root.left(), 550000);
   // a group above has less
   root.write("sys/fs/cgroup/user/memory.max", "400000\n");
   root.write("sys/fs/cgroup/user/memory.current", "399000\n");
@@ -59,8 +60,9 @@ TEST(Memory, IsWhatTheContainersGroupOfVersion1Leaves) {
   const Root root("4:cpu:/docker/x\n3:hugetlb,memory:/docker/x\n");
   root.write("sys/fs/cgroup/memory/memory.limit_in_bytes", "700000\n");
   root.write("sys/fs/cgroup/memory/memory.usage_in_bytes", "300000\n");
-  root.write("sys/fs/cgroup/memory/memory.stat", "cache 5\ntotal_inactive_file 50000\n");
-  EXPECT_EQ(root.left(), 450000);
+  root.write("sys/fs/cgroup/memory/memory.stat",
+             "cache 5\ntotal_active_file 9000\ntotal_inactive_file 50000\n");
+  EXPECT_EQ(root.left(), 459000);
   root.write("sys/fs/cgroup/memory/memory.limit_in_bytes", "9223372036854771712\n");
   EXPECT_EQ(root.left(), 1000 * 1024);
 }

@@ -37,13 +37,14 @@ std::uint64_t number_after(const fs::path& path, std::string_view wanted, std::u
   return otherwise;
 }
 
-/// Names of the files of control groups, version 2 or 1.
+/// Names of the files of control groups, version 2 or 1, and of the cache of files, which is given
+/// up when memory is asked for.
 struct GroupFiles {
-  const char *limit, *usage, *reclaimable;
+  const char *limit, *usage, *inactive, *active;
 };
-constexpr GroupFiles version_2{"memory.max", "memory.current", "inactive_file"};
+constexpr GroupFiles version_2{"memory.max", "memory.current", "inactive_file", "active_file"};
 constexpr GroupFiles version_1{"memory.limit_in_bytes", "memory.usage_in_bytes",
-                               "total_inactive_file"};
+                               "total_inactive_file", "total_active_file"};
 
 /// What the limit of one group leaves; the word `max` is no limit.
 std::uint64_t left_in_group(const fs::path& folder, const GroupFiles& files) {
@@ -51,7 +52,8 @@ std::uint64_t left_in_group(const fs::path& folder, const GroupFiles& files) {
   if (!(std::ifstream(folder / files.limit) >> limit) ||
       !(std::ifstream(folder / files.usage) >> usage))
     return unknown;
-  usage -= std::min(usage, number_after(folder / "memory.stat", files.reclaimable, 0));
+  for (const char* const cache : {files.inactive, files.active})
+    usage -= std::min(usage, number_after(folder / "memory.stat", cache, 0));
   return limit - std::min(limit, usage);
 }
 

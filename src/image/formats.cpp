@@ -10,6 +10,7 @@
 #include <system_error>
 
 #include "base/input_file.h"
+#include "base/memory_claim.h"
 #include "base/text.h"
 
 namespace fs = std::filesystem;
@@ -145,8 +146,11 @@ void check_size(const fs::path& path, int width, int height, double stored, int 
   const double shown = double(width) * height;
   const int most_channels = channels + 3;  // grey becomes R G B A
   if (width > 0 && height > 0 && shown <= 0x1p20 + 1024 * stored &&
-      std::max(stored, shown) * most_channels <= most_values)
-    return;
+      std::max(stored, shown) * most_channels <= most_values) {
+    constexpr double value_bytes = 4 + 2;  // and the codes of 8 or 16 bits that it is read from
+    return claim_memory(value_bytes * std::max(stored, shown) * channels,
+                        "the picture " + in_quotes(path.string()));
+  }
   throw read_error(path, "its header is damaged or asks for too much: " + std::to_string(width) +
                              "x" + std::to_string(height) + " pixels, " + std::to_string(channels) +
                              " channels");

@@ -9,6 +9,7 @@
 
 #include "atlas/atlas.h"
 #include "base/memory.h"
+#include "base/memory_claim.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "look/choices.h"
@@ -281,6 +282,7 @@ Scene without_look(Scene scene) {
 
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open,
                       bool background, const Parts& parts) {
+  limit_claims(scene.memory_limit);
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};
   if (leaves_look_open(scene)) result.look = open;
   KeptFields fields(file, parts);

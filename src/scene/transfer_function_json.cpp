@@ -3,6 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
+#include "base/memory_claim.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
@@ -90,9 +91,15 @@ TransferFunction read_points(const json& object) {
   if (!object.contains("points") && !part.isosurfaces.empty() && part.gradients.empty())
     return TransferFunction({TransferPoint{}}, false, std::move(part));
   if (!object.contains("points")) fail_at("the transfer function has no points");
+  const json& items = array_of(object, "points");
+  // in double, as the march's table of float32, and on its way to the device
+  constexpr double entry_bytes = 56;
+  claim_memory(entry_bytes * double(items.size()) * double(part.gradients.size()),
+               "the table of " + std::to_string(items.size()) + " points at " +
+                   std::to_string(part.gradients.size()) + " gradients");
   std::vector<TransferPoint> points;
   std::size_t colors = 0;
-  for (const json& item : array_of(object, "points")) {
+  for (const json& item : items) {
     points.push_back(read_point(
         item, "point " + std::to_string(points.size() + 1) + " of the transfer function", part));
     if (item.contains("color")) ++colors;
