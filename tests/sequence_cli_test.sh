@@ -229,7 +229,7 @@ cat >bin/ffmpeg <<'EOF'
 for last; do :; done
 printf '%s\n' "$*" >ffmpeg.txt
 cat >film.raw
-wc -c <film.raw >"$last"
+wc -c <film.raw >"${last#file:}"
 EOF
 chmod +x bin/ffmpeg
 PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4 --fps 30
@@ -241,6 +241,13 @@ PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.
 PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie alone.mp4
 [ -s alone.mp4 ] || fail "a film alone"
 mv film.raw alone.raw
+# A folder's name is no protocol and no option of ffmpeg's, and never reaches it.
+for folder in a:b http: file: -y '%d' "it's"; do
+  mkdir -p "./$folder"
+  PATH=$PWD/bin:$PATH run 0 "" $pattern "${small[@]}" --movie="$folder/x.mp4"
+  [ -s "./$folder/x.mp4" ] || fail "no film in the folder $folder"
+  grep -qF "$folder/x" ffmpeg.txt && fail "ffmpeg is given the name of the folder $folder"
+done
 PATH=$PWD/bin:$PATH run 0 "" $pattern -o out/m.#.png "${small[@]}" --movie film.mp4
 cmp -s film.raw alone.raw || fail "a film alone has other frames than one of pictures"
 # beside pictures to composite, and from them, a film has the look's background
@@ -292,7 +299,7 @@ scenes=$(for i in 2 4 6; do grep -o '"extinction": [^,]*' study/frame.000$i/resu
 run 0 "" $pattern -o out/s.#.png "${small[@]}" --stats stats.json
 grep -q '"waited"' stats.json || fail "statistics: no time of waiting"
 [ "$(grep -c '"frame":' stats.json)" = 6 ] || fail "statistics: $(grep -c '"frame":' stats.json) frames"
-run 2 "need a place for their number: -o a.####.png" $pattern -o a.png
+run 2 "need a place for their number: -o 'a.####.png'" $pattern -o a.png
 run 2 "is for a sequence" in/plume.0001.vdb -o a.png --resume
 run 2 "one picture" $pattern -o a.#.png --check-error 10
 run 2 "expected frames" $pattern -o a.#.png --frames 5-1

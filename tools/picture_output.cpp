@@ -1,4 +1,5 @@
 
+#include <fcntl.h>
 #include <time.h>
 #include <unistd.h>
 
@@ -18,6 +19,7 @@
 #include "notices.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
+#include "psivox/vdb.h"
 #include "render_call.h"
 
 namespace psivox {
@@ -185,7 +187,7 @@ std::string RenderReport::table() const {
   const RenderStats& stats = drawn.stats;
   const PreparationTimes& times = drawn.times;
   const AtlasSize& atlas = drawn.atlas;
-  std::string out = "renderer  " + stats.renderer + "\n";
+  std::string out = "renderer  " + stats.renderer + "\nguard     " + reading_guard() + "\n";
   out += formatted("times     startup %.1f, read %.1f, atlas %.1f, GL init %.1f, shader %.1f, ",
                    startup_ms, read_ms, times.atlas_ms, stats.gl_init_ms, stats.shader_ms);
   if (times.light_ms > 0) out += formatted("light %.1f, ", times.light_ms);
@@ -249,14 +251,19 @@ void Movie::fail(const std::string& why) {
 }
 
 void Movie::start(int width, int height) {
+  // By its descriptor: ffmpeg would take a part of a name for a protocol, and would make the file
+  // again if it were removed meanwhile.
+  const int file = file_->open();
+  ::fcntl(file, F_SETFD, 0);  // ffmpeg inherits it
   const std::string command =
       "exec ffmpeg -loglevel error -xerror -y -f rawvideo -pixel_format rgb24 -video_size " +
       std::to_string(width) + "x" + std::to_string(height) + " -framerate " +
-      number_text(frame_rate_) + " -i - " + encoding + " -f " + format_of(path_) + " " +
-      shell_word(file_->path().string());
+      number_text(frame_rate_) + " -i - " + encoding + " -f " + format_of(path_) +
+      " file:/dev/fd/" + std::to_string(file);
   std::signal(SIGPIPE, SIG_IGN);  // an ffmpeg that ends early makes a write fail instead
   std::signal(SIGCHLD, SIG_DFL);  // if a parent ignored it, pclose() would not find ffmpeg's code
   ffmpeg_ = ::popen(command.c_str(), "we");
+  ::close(file);
   if (!ffmpeg_) fail(std::string("ffmpeg: ") + std::strerror(errno));
 }
 

@@ -14,6 +14,7 @@
 #include <system_error>
 
 #include "base/input_file.h"
+#include "base/memory_claim.h"
 #include "base/text.h"
 #include "psivox/error.h"
 
@@ -51,11 +52,27 @@ bool read_whole(int file, std::string& text) {
   return count == 0;
 }
 
-/// The file that symbolic links lead to, whether it exists or not.
+[[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
+
+/// Whether somebody else has put a link or a pipe there, in a folder where everybody may put some:
+/// Linux's rule for links that it follows itself.
+bool is_strangers(const fs::path& path) {
+  struct stat folder {
+  }, own{};
+  if (::stat(directory_of(path).c_str(), &folder) != 0 || ::lstat(path.c_str(), &own) != 0)
+    return false;
+  return (folder.st_mode & S_ISVTX) && (folder.st_mode & S_IWOTH) && own.st_uid != ::geteuid() &&
+         own.st_uid != folder.st_uid;
+}
+
+/// The file that symbolic links lead to, whether it exists or not. Throws std::system_error for the
+/// link of a stranger.
 fs::path followed(fs::path path) {
   std::error_code ignored;
-  for (int links = 0; links < 40 && fs::is_symlink(path, ignored); ++links)
+  for (int links = 0; links < 40 && fs::is_symlink(path, ignored); ++links) {
+    if (is_strangers(path)) fail(EACCES);
     path = directory_of(path) / fs::read_symlink(path, ignored);
+  }
   return path;
 }
 
@@ -70,6 +87,8 @@ bool is_special(const fs::path& path) {
 std::string read_text(const std::string& path, const std::string& what) {
   std::string why, text;
   const int file = path == "-" ? ::dup(STDIN_FILENO) : open_input(path, why);
+  struct stat facts {};
+  if (::fstat(file, &facts) == 0) claim_memory(double(facts.st_size), what + " " + in_quotes(path));
   if (file < 0 || !read_whole(file, text)) {
     if (why.empty()) why = std::strerror(errno);
     throw Error(ExitCode::input, "cannot read " + what + " " + in_quotes(path) + ": " + why);
@@ -89,7 +108,10 @@ void write_text(const std::string& path, const std::string& text) {
     std::cout << text;  // main checks whether it was written
     return;
   }
-  if (is_special(path)) return write_whole(path, std::fopen(path.c_str(), "wb"), text);
+  if (is_special(path)) {
+    if (is_strangers(path)) fail(path, EACCES);
+    return write_whole(path, std::fopen(path.c_str(), "wb"), text);
+  }
   try {
     HiddenFile file(path);
     write_whole(path, fdopen(file.open(), "wb"), text);
@@ -104,6 +126,16 @@ namespace {
 constexpr const char* prefix = ".psivox-";
 constexpr const char* suffix = ".tmp";
 
+/// Whether HiddenFile gives such names: with two numbers.
+bool is_hidden_name(std::string_view name) {
+  if (!name.starts_with(prefix) || !name.ends_with(suffix)) return false;
+  const std::string_view begin = prefix, end = suffix;
+  const std::vector<std::string> numbers =
+      split(name.substr(begin.size(), name.size() - begin.size() - end.size()), '-');
+  unsigned long number = 0;
+  return numbers.size() == 2 && read_number(numbers[0], number) && read_number(numbers[1], number);
+}
+
 /// The hidden files of this process. Whoever makes, shows or removes one holds the mutex.
 struct Hidden {
   std::mutex mutex;
@@ -115,8 +147,6 @@ Hidden& hidden() {
   static Hidden files;
   return files;
 }
-
-[[noreturn]] void fail(int error) { throw std::system_error(error, std::generic_category()); }
 
 /// Locks a new file; false if it was taken for abandoned, and removed, before it had its lock.
 bool locked(int file) {
@@ -185,6 +215,8 @@ int HiddenFile::open() const {
 
 void HiddenFile::show() {
   const std::lock_guard guard(hidden().mutex);
+  struct stat old {};
+  if (::stat(target_.c_str(), &old) == 0) ::fchmod(lock_, old.st_mode & 0777);
   if (::rename(path_.c_str(), target_.c_str()) != 0) fail(errno);
   InputProtection::except(lock_);
   hidden().paths.erase(path_);
@@ -198,11 +230,14 @@ void remove_hidden_files() {
 void remove_abandoned_files(const fs::path& folder) {
   std::error_code unreadable;
   for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, unreadable)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with(prefix) || !name.ends_with(suffix)) continue;
-    const int file = ::open(entry.path().c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW);
+    if (!is_hidden_name(entry.path().filename().string())) continue;
+    // a pipe of that name, without O_NONBLOCK, would be waited for
+    const int file = ::open(entry.path().c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC | O_NOFOLLOW);
+    struct stat facts {};
     if (file < 0) continue;
-    if (::flock(file, LOCK_EX | LOCK_NB) == 0) ::unlink(entry.path().c_str());
+    if (::fstat(file, &facts) == 0 && S_ISREG(facts.st_mode) && facts.st_uid == ::geteuid() &&
+        ::flock(file, LOCK_EX | LOCK_NB) == 0)
+      ::unlink(entry.path().c_str());
     ::close(file);
   }
 }

@@ -4,8 +4,10 @@
 #include <imgui_stdlib.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cmath>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
 
 #include "base/text.h"
@@ -49,6 +51,16 @@ std::vector<TransferPoint> identity(const Histogram& histogram) {
 
 double three_digits(double value) { return std::strtod(formatted("%.3g", value).c_str(), nullptr); }
 
+/// A new folder for temporary files, of which nobody else knows or writes.
+fs::path private_folder() {
+  std::string name = (fs::temp_directory_path() / "psivox-XXXXXX").string();
+  if (!mkdtemp(name.data()))
+    throw Error(ExitCode::output, "cannot make a folder in " +
+                                      in_quotes(fs::temp_directory_path().string()) + ": " +
+                                      std::strerror(errno));
+  return name;
+}
+
 /// The name, or with a number the first like it that no file has.
 std::string unused_name(const std::string& stem) {
   for (int i = 1;; ++i) {
@@ -59,14 +71,11 @@ std::string unused_name(const std::string& stem) {
 
 }  // namespace
 
-TransferEditor::TransferEditor()
-    : own_file_(
-          (fs::temp_directory_path() / ("psivox-transfer-" + std::to_string(getpid()) + ".json"))
-              .string()) {}
+TransferEditor::TransferEditor() : own_file_((private_folder() / "transfer.json").string()) {}
 
 TransferEditor::~TransferEditor() {
   std::error_code ignored;
-  fs::remove(own_file_, ignored);
+  fs::remove_all(fs::path(own_file_).parent_path(), ignored);
 }
 
 void TransferEditor::take(const Volume& volume, const Scene& scene) {
