@@ -140,5 +140,14 @@ if grep -rnE '\b(gl_[A-Z]|texelFetch|texture(Lod)?[[:space:]]*\(|uniform |layout
   complain "shaders/math, shaders/integrators" "formulas only: no gl_*, textures, uniforms"
 fi
 
+# --- one place prints, and escapes what controls a terminal ----------------------------------------
+while IFS=: read -r file line _; do
+  case $file in
+    src/base/terminal.cpp | tools/make_assets.cpp | tools/bench/* | tools/gpu_cost/*) ;;
+    *) complain "$file:$line" "base/terminal.h prints" ;;
+  esac
+done < <(grep -rnE --include='*.cpp' --include='*.h' '\b(printf|puts|putchar|perror) *\(|std::cerr|(fprintf|fputs)\(.*std(out|err)' src tools |
+  grep -vE '\\033\[K|gnu::format' || true)
+
 [ $bad = 0 ] && echo "includes: all in their direction"
 exit $bad

@@ -199,7 +199,7 @@ t 0 - render --scene a.exr -o a.exr -q  # a picture may be drawn again in its pl
 # Pipes and devices are for the command line: a scene that names one would be read without end.
 mkfifo pipe
 for device in /dev/zero "$work/pipe"; do
-  echo "{\"input\": \"$S\", \"transfer_function\": \"$device\"}" >endless.json
+  echo "{\"input\": \"$S\", \"transfer-function\": \"$device\"}" >endless.json
   "$program" render --scene endless.json -o a.exr -q >printed.txt 2>&1 &
   ended=$!
   for _ in $(seq 100); do kill -0 $ended 2>/dev/null || break; sleep 0.1; done
@@ -207,6 +207,51 @@ for device in /dev/zero "$work/pipe"; do
   grep -q "is a pipe or a device" printed.txt || fail "$device: $(<printed.txt)"
 done
 t 0 - render "$S" -o a.exr --transfer-function <(cat function.json) $R
+# A table of gradients and points is counted before it is made.
+list() { seq -s, "$1"; }
+printf '{"gradients": [%s], "points": [%s]}' "$(list 4000)" \
+  "$(seq 4000 | sed 's/.*/{"value": &, "attenuation": 1}/' | paste -sd,)" >wide.json
+t 6 "the table of 4000 points at 4000 gradients takes" render "$S" -o a.exr --transfer-function wide.json --memory-limit 500M $R
+# Outputs: a stranger's link in a folder for everybody is not followed; modes stay; what is not
+# psivox's own unfinished file stays, and a pipe of such a name is not waited for.
+touch .psivox-notes.tmp .psivox-1-2.tmp && mkfifo .psivox-1-0.tmp
+cp a.exr mode.exr && chmod 600 mode.exr
+t 0 - render "$S" -o mode.exr $R
+[ "$(stat -c %a mode.exr)" = 600 ] || fail "the mode of an output changes to $(stat -c %a mode.exr)"
+[ -e .psivox-notes.tmp ] && [ -p .psivox-1-0.tmp ] || fail "files of others were removed"
+[ ! -e .psivox-1-2.tmp ] || fail "an unfinished file stays"
+rm -f .psivox-*
+if [ "$(id -u)" = 0 ]; then
+  mkdir -m 1777 open && ln -s ../mode.exr open/link.exr && chown -h 65534 open/link.exr
+  mkfifo open/page.html && chown 65534 open/page.html
+  t 5 "Permission denied" render "$S" -o open/link.exr $R
+  t 5 "Permission denied" render "$S" -o a.exr --stats open/page.html $R
+fi
+# Too little memory is no damage of a file.
+said=$(ulimit -v 60000 && "$program" info "$S" 2>&1)
+code=$?
+{ [ $code -eq 6 ] || [ $code -eq 127 ]; } && [[ $said != *damaged* ]] || fail "60 MB: exit $code: $said"
+said=$(ulimit -s 64 && "$program" info "$S" 2>&1)
+[ $? -eq 6 ] || fail "a stack of 64 KiB: $said"
+# Text of files never reaches a terminal as it is, nor a shell as code.
+escape=$'a\x1b[2J\xc2\x9bm\xe2\x80\xae'
+cp "$S" "$escape.vdb"
+printf 'NRRD0004\ntype: uchar\ndimension: 3\nsizes: 8 8 8\nencoding: raw\ndata file: %s\n\n' "$escape" >escape.nhdr
+sed 's/density/$(id)>X/g; s/temperature/zz\x1b]0;zz\xc2\x9b\x07z/g; s/float/fl\x1b[m/g' "$S" >words.vdb
+sed 's/density/$(id)>X/g; s/temperature/zzzzzzzzzzz/g' "$S" >shell.vdb
+for call in "info $escape.vdb" "info --json $escape.vdb" "render $escape.vdb -o a.exr --grid $escape $R" \
+  "render escape.nhdr -o a.exr" "info words.vdb" "info --json words.vdb" "info --regions 2 words.vdb" \
+  "render words.vdb -o a.exr --grid nope" "render shell.vdb -o a.exr --resolution 8x8 -v --ocio $escape" \
+  "render $S -o a.exr --mode $escape" "$escape" "render $escape.vdb -o a.exr --print-scene $R"; do
+  "$program" $call >printed.txt 2>&1
+  if LC_ALL=C grep -qP '[\x00-\x08\x0b-\x1f\x7f]|\xc2[\x80-\x9f]|\xe2\x80\xae' printed.txt; then
+    fail "$call prints: $(head -c 300 printed.txt | od -c | head)"
+  fi
+done
+"$program" info --json "$escape.vdb" | python3 -c 'import json, sys; json.load(sys.stdin)' || fail "escaped JSON"
+line=$("$program" info shell.vdb | sed -n 's/^auto: //p')
+eval "set -- $line"
+[ ! -e X ] && [[ " $* " == *' --grid=$(id)>X '* ]] || fail "auto: $line"
 t 0 - render "$S" -o a.exr --stats /dev/null $R
 # 16 bits: half a code at the steepest slope of the sRGB curve, and half a code of alpha
 t 0 rms compare a.png b.exr --max-abs 2.6e-5
@@ -625,7 +670,7 @@ mkdir scans
 touch scans/1.dcm
 t 3 "has no volume, but 'scans/1.dcm'; see docs/interchange.md" render scans -o a.png
 t 2 "-o writes pictures; --movie x.mp4 writes a film" render "$S" -o x.mp4 --turntable 12
-t 2 "several files are frames of a sequence: 2 frames need a place for their number: -o a.####.png" \
+t 2 "several files are frames of a sequence: 2 frames need a place for their number: -o 'a.####.png'" \
   render "$S" "$assets/slab.vdb" -o a.png
 for lit in "" "--mode isosurface" "--mode mip" "--temperature-grid temperature"; do
   ! "$program" render "$S" -o a.exr $r $lit 2>&1 | grep -q "the picture is" ||

@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <string>
 
-#include "app/command_text.h"
+#include "base/text.h"
 #include "ocio_config.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"

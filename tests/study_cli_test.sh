@@ -97,6 +97,24 @@ stop_by TERM ended
 if compgen -G 'ended/.psivox*'; then fail "SIGTERM: half-written files"; fi
 run 0 "" "${sweep[@]}" -o ended --resume
 
+# --- names of others are text on a page, and no page runs what it should not ------------------------
+evil='<img src=x onerror=alert(1)>"'
+cp -r whole foreign
+cp whole/pictures/psi-exact_step_0.5.png other.png
+run 0 "" "${sweep[@]}" -o foreign --resume --add other=other.png
+sed -i "s/\"other\"/\"${evil/\"/}\"/" foreign/results.json
+run 0 "" "${sweep[@]}" -o foreign --resume
+cp -r whole "$evil"
+run 0 "" --summary "$evil,ended" -o strange
+for page in foreign strange whole; do
+  ! grep -qF '<img src=x' $page/index.html || fail "$page: a name is markup"
+  grep -q 'http-equiv="Content-Security-Policy" content="default-src .none.;' $page/index.html ||
+    fail "$page: no policy"
+done
+grep -qF '&lt;img src=x' foreign/index.html && grep -qF '&lt;img src=x' strange/index.html ||
+  fail "a name is not shown"
+grep -q 'Content-Security-Policy' whole/turning.html || fail "turning.html: no policy"
+
 # --- a study file, and refused options -----------------------------------------------------------
 cat >study.json <<EOF
 {"integrators": ["midpoint"], "samplings": "uniform", "steps": [1], "repeats": 1,

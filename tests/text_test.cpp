@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdio>
+
 namespace psivox {
 namespace {
 
@@ -11,6 +13,35 @@ TEST(Text, QuotesShowWhatAMessageOfOneLineCannotHold) {
   EXPECT_EQ(in_quotes("a b.vdb"), "'a b.vdb'");
   EXPECT_EQ(in_quotes("a\nb\x7f"), "'a\\x0ab\\x7f'");
   EXPECT_EQ(in_quotes("\xc3\xa4"), "'\xc3\xa4'");  // UTF-8 stays
+  EXPECT_EQ(printable("\xf0\x9f\x99\x82 \xe2\x89\xa4"), "\xf0\x9f\x99\x82 \xe2\x89\xa4");
+  EXPECT_EQ(printable("\xc2\x9b \xe2\x80\xae \xe2\x80\xa8"), R"(\u009b \u202e \u2028)");
+  // bytes that are no UTF-8: alone, cut short, too long a form, a surrogate, beyond the last letter
+  EXPECT_EQ(printable("\x9b"), R"(\x9b)");
+  EXPECT_EQ(printable("\xe2\x80"), R"(\xe2\x80)");
+  EXPECT_EQ(printable("\xc0\x9b"), R"(\xc0\x9b)");
+  EXPECT_EQ(printable("\xed\xa0\x80"), R"(\xed\xa0\x80)");
+  EXPECT_EQ(printable("\xf4\x90\x80\x80"), R"(\xf4\x90\x80\x80)");
+}
+
+TEST(Text, AWordOfAShellIsThatWord) {
+  EXPECT_EQ(shell_word("--step=0.5"), "--step=0.5");
+  EXPECT_EQ(shell_word("=ls"), "'=ls'");  // zsh looks for a program
+  for (const std::string word :
+       {"a b", "", "$(touch X)", "`id`", "a'b", "a\\b", "a;b|c&d", "~", "#", "!!", "*", "a\nb",
+        "\x1b[2J'\\x", "\xc2\x9bm", "\xff\xfe9", "\xc3\xa4"}) {
+    const std::string quoted = shell_word(word);
+    EXPECT_EQ(printable(quoted), quoted);
+    std::FILE* const shell =
+        popen(("bash -c \"$(cat <<'END'\nprintf %s " + quoted + "\nEND\n)\"").c_str(), "r");
+    std::string read(100, '\0');
+    read.resize(std::fread(read.data(), 1, read.size(), shell));
+    pclose(shell);
+    EXPECT_EQ(read, word) << quoted;
+  }
+}
+
+TEST(Text, HtmlHasNoMarkupOfAText) {
+  EXPECT_EQ(html_text("<b a=\"x\" b='y'>&"), "&lt;b a=&quot;x&quot; b=&#39;y&#39;&gt;&amp;");
 }
 
 TEST(Text, SplitAndJoinedAreInverse) {

@@ -203,7 +203,7 @@ class RenderJob {
     if (holds_codes(call_.output, call_.format) || !call_.movie.empty()) resolve_ocio(scene_);
     if (call_.thumbnail) make_thumbnail(call_, scene_);
     if (is_movie_name(call_.output))
-      usage("-o writes pictures; --movie " + call_.output + " writes a film");
+      usage("-o writes pictures; --movie " + shell_word(call_.output) + " writes a film");
     if (team_->first()) check(call_, scene_);
     if (!alone()) check_scope(call_, scene_);
     if (!call_.quiet) print_notices(call_.scene.notices());
@@ -247,7 +247,7 @@ class RenderJob {
       write_camera(call_.camera, view.camera, z_is_up(view.scene, *view.subject));
     if (!call_.explain) return;
     for (const Explanation& line : session.explain())
-      std::printf("%-16s %s\n", line.what.c_str(), line.text.c_str());
+      std::cout << formatted("%-16s ", line.what.c_str()) << line.text << '\n';
   }
 
   void draw(Session& session, Marcher& marcher) {
@@ -265,11 +265,12 @@ class RenderJob {
     report_.checked = session.check_error(report_.drawn.image,
                                           std::min(*call_.check_error, 100000000), bar.progress());
     const CheckedError& checked = *report_.checked;
-    std::printf("error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n",
-                checked.rms, checked.max, checked.max_x, checked.max_y, checked.pixels);
+    std::cout << formatted(
+        "error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n", checked.rms,
+        checked.max, checked.max_x, checked.max_y, checked.pixels);
     if (const auto& plan = report_.drawn.plan; plan && plan->rays > 0)
-      std::printf("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms, plan->chosen.max,
-                  method_text(plan->chosen.method).c_str());
+      std::cout << formatted("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms,
+                             plan->chosen.max, method_text(plan->chosen.method).c_str());
     const std::optional<double>& tolerance = report_.drawn.scene.tolerance;
     if (tolerance && checked.rms > *tolerance && !call_.quiet)
       print_notice("the error is above the tolerance of " + number_text(*tolerance));
@@ -280,7 +281,7 @@ class RenderJob {
     if (call_.thumbnail) name_thumbnail(call_);
     report_.total_ms = process_ms();
     if (!call_.stats.empty()) write_text(call_.stats, report_.json());
-    if (call_.verbose) std::fputs(report_.table().c_str(), stderr);
+    if (call_.verbose) print(stderr, report_.table());
   }
 
   std::shared_ptr<Team> team_;

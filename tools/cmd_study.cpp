@@ -3,6 +3,7 @@
 #include <csignal>
 #include <cstdio>
 #include <filesystem>
+#include <iostream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -170,7 +171,7 @@ void stop_on_interrupt() {
 
 void print_camera(const Scene& scene, const std::string& renderer) {
   const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
-  std::fputs(camera_lines(opened.view, renderer).c_str(), stdout);
+  std::cout << camera_lines(opened.view, renderer);
 }
 
 /// Studies each frame in a folder of its own, in one scene, and then all of them together. Returns
@@ -210,7 +211,7 @@ void study_command(Arguments arguments) {
   ProgressBar bar(call.quiet);
   const auto conclude = [&](const std::string& conclusion) {
     bar.clear();
-    if (!call.quiet) std::printf("%s\n", conclusion.c_str());
+    if (!call.quiet) std::cout << conclusion << '\n';
   };
   if (call.psi || call.orders)
     return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());

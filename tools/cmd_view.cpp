@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <filesystem>
+#include <iostream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -68,7 +69,7 @@ void print_orbit(view::Viewer& viewer, int pictures) {
   const view::OrbitTimes times = view::benchmark_orbit(viewer, pictures);
   const glm::ivec2 size = viewer.window().size();
   const auto within = [&](double part) { return percentile(times.intervals_ms, part); };
-  std::printf(
+  std::cout << formatted(
       "orbit     %d pictures in a window of %dx%d\n"
       "interval  50 %% within %.1f ms, 90 %% within %.1f ms, 99 %% within %.1f ms, longest %.1f "
       "ms\n"
@@ -81,7 +82,7 @@ void print_orbit(view::Viewer& viewer, int pictures) {
 }
 
 void print_objects(const char* when, const char* context, const gl::ObjectCounts& n) {
-  std::printf(
+  std::cout << formatted(
       "%-9s %s: %d textures, %d buffers, %d framebuffers, %d programs, %d shaders, %d vertex "
       "arrays, %d queries\n",
       when, context, n.textures, n.buffers, n.framebuffers, n.programs, n.shaders, n.vertex_arrays,
@@ -96,10 +97,11 @@ void print_session(view::Viewer& viewer, const std::string& input, int switches)
     if (entry.path().extension() == ".vdb" && entry.path().filename() != first.filename())
       files.push_back(entry.path().string());
   const view::SessionReport report = view::benchmark_session(viewer, files, switches);
-  std::printf("session   %d switches among %d files in %.0f s; %d errors\n", report.switches,
-              int(files.size()), report.seconds, viewer.messages().error_count());
-  std::printf("memory    %.1f MiB when settled, %.1f at the end, %.1f at most\n",
-              report.settled.resident_mib, report.end.resident_mib, report.most_mib);
+  std::cout << formatted("session   %d switches among %d files in %.0f s; %d errors\n",
+                         report.switches, int(files.size()), report.seconds,
+                         viewer.messages().error_count());
+  std::cout << formatted("memory    %.1f MiB when settled, %.1f at the end, %.1f at most\n",
+                         report.settled.resident_mib, report.end.resident_mib, report.most_mib);
   for (const auto& [when, state] :
        {std::pair("settled", report.settled), std::pair("end", report.end)}) {
     print_objects(when, "window", state.window);

@@ -56,7 +56,7 @@ void name_outputs(const RenderCall& call, FrameList& list) {
     const std::size_t dot = std::min(call.output.rfind('.'), call.output.size());
     usage((call.sequence.inputs.size() > 1 ? "several files are frames of a sequence: " : "") +
           std::to_string(list.frames.size()) + " frames need a place for their number: -o " +
-          call.output.substr(0, dot) + ".####" + call.output.substr(dot));
+          shell_word(call.output.substr(0, dot) + ".####" + call.output.substr(dot)));
   }
   for (Frame& frame : list.frames) {
     frame.output = pattern ? pattern->path(frame.number) : call.output;

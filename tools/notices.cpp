@@ -21,7 +21,8 @@ std::string look_text(const std::string& look, std::span<const Setting> settings
   std::string text = "look " + look;
   if (!to_copy) return text + "; " + how;
   for (const Setting& setting : settings)
-    text += (&setting == &settings.front() ? ": --" : " --") + setting.name + "=" + setting.text;
+    text += (&setting == &settings.front() ? ": " : " ") +
+            shell_word("--" + setting.name + "=" + setting.text);
   return text;
 }
 
@@ -45,10 +46,6 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
                                                     int(unused.size() - named))
                                         : "") +
                  "; --grid and other options show them");
-}
-
-void print_notice(const std::string& notice) {
-  std::fprintf(stderr, "psivox: %s\n", notice.c_str());
 }
 
 void print_notices(std::span<const std::string> notices) {

@@ -6,14 +6,14 @@
 #include <span>
 #include <string>
 
+#include "base/terminal.h"
 #include "base/text.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
 
 namespace psivox {
 
-/// Prints a line to stderr, or one for each.
-void print_notice(const std::string& notice);
+/// Prints a line to stderr for each.
 void print_notices(std::span<const std::string> notices);
 
 /// "look smoke" and how to see the options that give the same picture, or these options.

@@ -1,6 +1,7 @@
 // psivox COMMAND ...: the program. Each command has its own file, cmd_NAME.cpp.
 
 #include <fcntl.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +19,7 @@
 
 #include "base/input_file.h"
 #include "base/memory.h"
+#include "base/terminal.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "command_line.h"
@@ -31,7 +33,7 @@ void end_after(int seconds, const char* message) {
   std::thread([=] {
     std::this_thread::sleep_for(std::chrono::seconds(seconds));
     remove_hidden_files();
-    std::fprintf(stderr, "psivox: %s\n", message);
+    print_notice(message);
     _exit(int(ExitCode::failure));
   }).detach();
 }
@@ -43,6 +45,17 @@ namespace {
 void hold_closed_streams() {
   for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO})
     if (fcntl(stream, F_GETFD) < 0) open("/", O_PATH);  // gets the least number that is free
+}
+
+/// Throws Error(memory) where threads have too little for their stacks: a driver of OpenGL would
+/// crash.
+void check_stack() {
+  constexpr rlim_t least = 512 << 10;  // [bytes]
+  rlimit stack{};
+  if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < least)
+    throw Error(ExitCode::memory, formatted("the limit of the stack is %d KiB; ulimit -s %d is "
+                                            "the least that psivox runs with",
+                                            int(stack.rlim_cur >> 10), int(least >> 10)));
 }
 
 /// From now on a write beyond the limit of a file's size fails, and does not end the process.
@@ -159,7 +172,8 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
     return command.run(Arguments(arguments).subspan(1));
   }
   if (name.ends_with(".vdb") || name.ends_with(".nvdb"))
-    throw Error(ExitCode::usage, in_quotes(name) + " is no command; psivox render " + name +
+    throw Error(ExitCode::usage, in_quotes(name) + " is no command; psivox render " +
+                                     shell_word(name) +
                                      " -o FILE.png draws it, psivox view shows it in a window");
   for (const Command& command : commands)
     if (std::ranges::count(split(command.elsewhere, ' '), name))
@@ -171,7 +185,7 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
 
 int fail(const std::string& who, const char* message, ExitCode code) {
   std::cout.flush();
-  std::fprintf(stderr, "%s: %s\n", who.c_str(), message);
+  print(stderr, who + ": " + printable(message) + "\n");
   return int(code);
 }
 
@@ -184,7 +198,9 @@ int main(int argc, char** argv) {
   hold_closed_streams();
   report_failed_writes();
   keep_freed_memory();
+  print_standard_output_safely();
   try {
+    check_stack();
     start_guarded_reading();
     const LargePages pages;
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);

@@ -81,7 +81,8 @@ void add_frames(CommandLine& line, RenderCall& call) {
 /// What gives the picture that vdb_render takes as its last argument, or any.
 std::string likely_output(const RenderCall& call) {
   const std::vector<std::string>& inputs = call.sequence.inputs;
-  if (inputs.size() > 1 && has_picture_extension(inputs.back())) return "-o " + inputs.back();
+  if (inputs.size() > 1 && has_picture_extension(inputs.back()))
+    return "-o " + shell_word(inputs.back());
   return "-o FILE.exr or -o FILE.png";
 }
 

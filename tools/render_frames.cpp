@@ -204,9 +204,9 @@ class FrameLoop {
                  all.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n");
     }
     if (call_.verbose)
-      std::fprintf(stderr,
-                   "frames    %d in %.1f s, of which %.1f s waiting for reading and writing\n",
-                   drawn_, 1e-3 * total_ms, 1e-3 * waited_ms_);
+      print(stderr, formatted("frames    %d in %.1f s, of which %.1f s waiting for reading and "
+                              "writing\n",
+                              drawn_, 1e-3 * total_ms, 1e-3 * waited_ms_));
     if (movie_ && !bad_.empty())
       say(formatted("the film is %zu frame%s shorter", bad_.size(), bad_.size() == 1 ? "" : "s"));
     if (!bad_.empty())
@@ -288,7 +288,7 @@ class FrameLoop {
     }
     if (call_.verbose) {
       bar_.clear();
-      std::fprintf(stderr, "frame %d\n%s", written->frame.number, report.table().c_str());
+      print(stderr, formatted("frame %d\n", written->frame.number) + report.table());
     }
   }
 

@@ -13,13 +13,6 @@
 namespace psivox {
 namespace {
 
-std::string quoted(const std::string& word) {
-  constexpr const char* plain =
-      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,:=+@%";
-  if (!word.empty() && word.find_first_not_of(plain) == std::string::npos) return word;
-  return shell_word(word);
-}
-
 /// What a renderer wants: its lines, in which {name} stands for a number or a vector.
 struct Renderer {
   const char* name;
@@ -143,12 +136,6 @@ std::map<std::string, std::string> values_of(const View& view, const char* betwe
 
 }  // namespace
 
-std::string shell_word(const std::string& text) {
-  std::string out = "'";
-  for (const char c : text) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
-  return out + "'";
-}
-
 std::vector<std::string> render_arguments(const Scene& scene, const std::string& output) {
   std::vector<Setting> settings;
   for (const Parameter& p : parameters())
@@ -171,7 +158,7 @@ std::vector<std::string> render_arguments(const Scene& scene, const std::string&
 
 std::string render_command_line(const Scene& scene, const std::string& output) {
   std::string line = "psivox render";
-  for (const std::string& word : render_arguments(scene, output)) line += " " + quoted(word);
+  for (const std::string& word : render_arguments(scene, output)) line += " " + shell_word(word);
   return line;
 }
 

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <sstream>
+#include <type_traits>
 #include <utility>
 
 #include "atlas/atlas.h"
@@ -96,6 +97,25 @@ std::string advice_for(const FileReport& report, const std::string& refusal) {
 
 // --- text: first what a picture can be made of, then everything else -----------------------------
 
+/// Lines of which no text of a file can make others: the breaks are those of literals.
+class Lines {
+ public:
+  Lines& operator<<(const char* literal) { return add(literal); }
+  Lines& operator<<(char c) { return add(c); }
+  Lines& operator<<(const std::string& text) { return add(printable(text)); }
+  template <typename Number>
+  requires std::is_arithmetic_v<Number> Lines& operator<<(Number number) { return add(number); }
+  std::string str() const { return out_.str(); }
+
+ private:
+  template <typename T>
+  Lines& add(const T& item) {
+    out_ << item;
+    return *this;
+  }
+  std::ostringstream out_;
+};
+
 /// Six digits, as OpenVDB prints numbers. No number is -0.
 template <typename Vector>
 std::string spaced(const Vector& v, const char* between) {
@@ -115,9 +135,10 @@ std::string range_text(const GridInfo& grid) {
   return out.str();
 }
 
-/// Letters of a text in UTF-8.
+/// Letters of a text in UTF-8, as it is printed.
 std::size_t letters(const std::string& text) {
-  return std::size_t(std::ranges::count_if(text, [](char c) { return (c & 0xc0) != 0x80; }));
+  return std::size_t(
+      std::ranges::count_if(printable(text), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
 std::size_t longest_name(const std::vector<GridReport>& grids) {
@@ -126,7 +147,7 @@ std::size_t longest_name(const std::vector<GridReport>& grids) {
   return length;
 }
 
-void print_usable(const FileReport& report, std::ostream& out) {
+void print_usable(const FileReport& report, Lines& out) {
   const std::size_t width = longest_name(report.grids);
   for (const GridReport& row : report.grids) {
     const std::string name = row.grid.name + std::string(width - letters(row.grid.name), ' ');
@@ -142,7 +163,7 @@ void print_usable(const FileReport& report, std::ostream& out) {
 }
 
 /// What psivox chooses, as the options that give it.
-void print_chosen(const FileReport& report, std::ostream& out) {
+void print_chosen(const FileReport& report, Lines& out) {
   if (!report.chosen) return;
   const Scene& scene = *report.chosen;
   const Scene defaults;
@@ -150,25 +171,25 @@ void print_chosen(const FileReport& report, std::ostream& out) {
   for (const std::string& name : chosen_by_auto()) {
     const Parameter& p = *find_parameter(name);
     const std::string text = parameter_text(scene, p);
-    if (text != parameter_text(defaults, p)) out << " --" << name << "=" << text;
+    if (text != parameter_text(defaults, p)) out << " " << shell_word("--" + name + "=" + text);
   }
   out << "\n  look " << report.look << (report.set.empty() ? "" : ":");
-  for (const Setting& setting : report.set) out << " --" << setting.name << "=" << setting.text;
+  for (const Setting& setting : report.set)
+    out << " " << shell_word("--" + setting.name + "=" + setting.text);
   if (!report.dark_because.empty()) out << ", without light: " << report.dark_because;
   out << '\n';
   if (!report.z_up.empty()) out << "  Z is up: " << report.z_up << '\n';
 }
 
-void print_metadata(const std::map<std::string, std::string>& metadata, std::ostream& out) {
+void print_metadata(const std::map<std::string, std::string>& metadata, Lines& out) {
   for (const auto& [name, value] : metadata) {
     std::string line = value.substr(0, 200);
     std::replace(line.begin(), line.end(), '\n', ' ');
-    out << "  metadata    " << printable(name) << ": " << printable(line)
-        << (value.size() > 200 ? "..." : "") << '\n';
+    out << "  metadata    " << name << ": " << line << (value.size() > 200 ? "..." : "") << '\n';
   }
 }
 
-void print_grid(const GridReport& row, std::ostream& out) {
+void print_grid(const GridReport& row, Lines& out) {
   const GridInfo& grid = row.grid;
   out << '\n' << grid.name << '\n';
   if (grid.value_type.empty()) {
@@ -250,7 +271,7 @@ std::string FileReport::json() const {
 }
 
 std::string FileReport::text() const {
-  std::ostringstream out;
+  Lines out;
   out << path << ": " << mebibytes(bytes) << ", " << grids.size()
       << (grids.size() == 1 ? " grid\n" : " grids\n");
   print_usable(*this, out);

@@ -252,10 +252,11 @@ bool has_extension(std::string_view path, std::string_view extensions) {
                              [&](const auto& extension) { return name.ends_with(extension); });
 }
 
-/// In the array of a format.
+/// In the array of a format, as a word of Python.
 std::string with_name(std::string_view array, const std::string& path) {
-  std::string text(array);
-  return text.replace(text.find('$'), 1, in_quotes(path));
+  std::string text(array), word;
+  for (const char c : path) word += (c == '\'' || c == '\\' ? "\\" : "") + std::string(1, c);
+  return text.replace(text.find('$'), 1, in_quotes(word));
 }
 
 std::string advice(const Format& format, const std::string& path) {
@@ -281,8 +282,8 @@ std::string foreign_format(const std::string& path, std::string_view head) {
            in_quotes(std::filesystem::path(path).replace_extension(".hdr").string()) +
            "; give that file";
   if (begins("\x1f\x8b") && has_extension(path, ".nii.gz")) return "is a damaged gzip";
-  if (begins("\x1f\x8b")) return "is compressed; gunzip -k " + in_quotes(path) + " unpacks it";
-  if (begins("PK\3\4")) return "is an archive; unzip " + in_quotes(path) + " unpacks it";
+  if (begins("\x1f\x8b")) return "is compressed; gunzip -k " + shell_word(path) + " unpacks it";
+  if (begins("PK\3\4")) return "is an archive; unzip " + shell_word(path) + " unpacks it";
   return {};
 }
 

@@ -38,13 +38,64 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 }  // namespace
 
+Letter first_letter(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
+  const unsigned first = byte(0);
+  const std::size_t length = first < 0x80 ? 1 : first >> 5 == 6 ? 2 : first >> 4 == 14 ? 3 : 4;
+  if (length == 1) return {1, char32_t(first)};
+  char32_t code = first & (0x7fu >> length);
+  bool valid = length <= text.size() && first < 0xf8 && first >= 0xc0;
+  for (std::size_t i = 1; valid && i < length; ++i) {
+    valid = byte(i) >> 6 == 2;
+    code = code << 6 | (byte(i) & 0x3f);
+  }
+  constexpr char32_t least[] = {0x80, 0x800, 0x10000};  // of 2, 3 and 4 bytes
+  if (!valid || code < least[length - 2] || code > 0x10ffff || code >> 11 == 0xd800 >> 11)
+    return {1, no_letter};
+  return {length, code};
+}
+
+bool controls_terminals(char32_t code) {
+  return code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x2028 && code <= 0x202e) ||
+         (code >= 0x2066 && code <= 0x2069);
+}
+
 std::string printable(std::string_view text) {
   std::string out;
-  for (const char c : text) {
-    const auto byte = static_cast<unsigned char>(c);
-    out += byte >= 0x20 && byte != 0x7f ? std::string(1, c) : formatted("\\x%02x", byte);
+  for (std::size_t length = 1; !text.empty(); text.remove_prefix(length)) {
+    const Letter letter = first_letter(text);
+    length = letter.bytes;
+    if (letter.code == no_letter || (letter.code < 0x80 && controls_terminals(letter.code)))
+      out += formatted("\\x%02x", static_cast<unsigned char>(text[0]));
+    else if (controls_terminals(letter.code))
+      out += formatted("\\u%04x", unsigned(letter.code));
+    else
+      out += text.substr(0, length);
   }
   return out;
+}
+
+std::string shell_word(std::string_view text) {
+  constexpr std::string_view plain =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_./,:=+@%";
+  if (!text.empty() && text[0] != '=' && text.find_first_not_of(plain) == text.npos)
+    return std::string(text);
+  const bool controls = printable(text) != text;
+  std::string out = controls ? "$'" : "'";
+  while (!text.empty()) {
+    const Letter letter = first_letter(text);
+    if (letter.code == no_letter || controls_terminals(letter.code))
+      for (const char byte : text.substr(0, letter.bytes))
+        out += formatted("\\%03o", static_cast<unsigned char>(byte));
+    else if (text[0] == '\'')
+      out += controls ? "\\'" : "'\\''";
+    else if (text[0] == '\\' && controls)
+      out += "\\\\";
+    else
+      out += text.substr(0, letter.bytes);
+    text.remove_prefix(letter.bytes);
+  }
+  return out + "'";
 }
 
 std::string in_quotes(std::string_view text) { return "'" + printable(text) + "'"; }
@@ -137,6 +188,10 @@ std::string html_text(std::string_view text) {
       out += "&lt;";
     else if (c == '>')
       out += "&gt;";
+    else if (c == '"')
+      out += "&quot;";
+    else if (c == '\'')
+      out += "&#39;";
     else
       out += c;
   }

@@ -10,7 +10,21 @@
 
 namespace psivox {
 
-/// Text of a file for a terminal: control characters are escaped as \x1b.
+/// A letter of UTF-8.
+struct Letter {
+  std::size_t bytes;
+  char32_t code;
+};
+inline constexpr char32_t no_letter = ~char32_t{0};  ///< of a byte that begins none
+
+/// The first letter of a text that is not empty.
+Letter first_letter(std::string_view text);
+
+/// Whether terminals act on it: controls (C0, DEL, C1), and what breaks or turns lines.
+bool controls_terminals(char32_t code);
+
+/// Text of a file as one line for a terminal: what controls it is escaped, as \x1b or \u009b, and
+/// so are bytes that are no UTF-8.
 std::string printable(std::string_view text);
 
 /// `text` in single quotes, with control characters escaped, for a message of one line.
@@ -53,7 +67,11 @@ std::string percent_text(double share);
 /// "1.50 MiB".
 std::string mebibytes(std::uint64_t bytes);
 
-/// A text with &, < and > escaped, for HTML and SVG.
+/// `text` as one word of a shell, in quotes where it needs them. It is safe to paste and to print:
+/// what controls a terminal is escaped in bash's $'...'.
+std::string shell_word(std::string_view text);
+
+/// A text with &, <, > and quotes escaped, for HTML and SVG.
 std::string html_text(std::string_view text);
 
 /// JSON for an element of HTML, which a `<` could end.

@@ -150,6 +150,21 @@ std::optional<MediumAtlas> slice_atlas(View& view) {
 
 }  // namespace
 
+std::string content_policy(const std::map<std::string, std::string>& files,
+                           const std::vector<std::string>& scripts) {
+  std::string sources;
+  for (const std::string& script : scripts) {
+    const std::string& hex = files.at(script + ".sha256");
+    std::string hash;
+    for (std::size_t i = 0; i < hex.size(); i += 2)
+      hash += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
+    sources += " 'sha256-" + base64(hash) + "'";
+  }
+  return "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; "
+         "form-action 'none'; script-src" +
+         (sources.empty() ? " 'none'" : sources);
+}
+
 bool is_page_name(const std::string& path) {
   const std::string extension = lower_case(fs::path(path).extension().string());
   return extension == ".html" || extension == ".htm";
@@ -215,9 +230,14 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   const std::map<std::string, std::string>& files = turning_page_files();
   std::string page = files.at("page.html");
   // from the last on, so that no text is taken for a mark
-  fill(page, "@SCRIPT@", files.at("camera.js") + files.at("march.js") + files.at("page.js"));
+  const std::vector<std::string> scripts{"camera.js", "march.js", "page.js"};
+  std::string elements;
+  for (const std::string& script : scripts)
+    elements += "<script>" + files.at(script) + "</script>\n";
+  fill(page, "@SCRIPTS@", elements);
   fill(page, "@DATA@", data);
   fill(page, "@PICTURE@", png_of(drawn.image, view.scene));
+  fill(page, "@POLICY@", content_policy(files, scripts));
   fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
   check_size(double(page.size()), options);
   return page;

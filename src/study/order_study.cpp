@@ -167,9 +167,10 @@ void run_order_study(const std::filesystem::path& folder, const Progress& progre
   std::ranges::move(pixel_orders(part(0.95, 1)), std::back_inserter(rows));
   write_text((folder / "orders.csv").string(), order_csv(rows));
   write_text((folder / "orders.json").string(), order_json(rows));
-  std::string html;
+  Html html;
   for (const Refinement& refinement : refinements)
-    html += "<p><b>" + std::string(refinement.name) + "</b>: " + refinement.measured + "</p>\n";
+    html += Html("<p><b>") + std::string(refinement.name) +
+            "</b>: " + std::string(refinement.measured) + "</p>\n";
   for (const Plot& plot : order_plots(rows)) html += write_plot(plot, folder);
   write_sections(
       folder, "orders", "psivox study --orders",

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "image/formats.h"
+#include "page/page_parts.h"
 
 namespace psivox {
 namespace {
@@ -36,19 +37,24 @@ std::string png_bytes(const fs::path& png, int width) {
   return image_io::png_bytes(shrunk(image, width));
 }
 
-/// A whole page with its style, and with the scripts of its plots if it has any. `title` is text,
-/// `body` is HTML.
-std::string html_page(const std::string& title, const std::string& body) {
-  const auto script = [](const char* file) {
-    return "<script>" + page_files().at(file) + "</script>\n";
-  };
-  const bool has_plots = body.find("class=\"plot\"") != std::string::npos;
-  const std::string scripts = has_plots ? script("chart.min.js") + script("plots.js") : "";
-  return "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
-         "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
-         html_text(title) + "</title>\n<style>\n" + page_files().at("page.css") +
-         "</style>\n</head>\n<body>\n<h1>" + html_text(title) + "</h1>\n" + body + scripts +
-         "</body>\n</html>\n";
+/// A whole page with its style, and with the scripts of its plots if it has any. No other script
+/// runs there.
+std::string html_page(const std::string& title, const Html& body) {
+  std::vector<std::string> scripts;
+  if (body.str().find("class=\"plot\"") != std::string::npos)
+    scripts = {"chart.min.js", "plots.js"};
+  Html elements;
+  for (const std::string& script : scripts)
+    elements += Html("<script>") + Html::of_markup(page_files().at(script)) + "</script>\n";
+  return (Html("<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n<meta "
+               "http-equiv=\"Content-Security-Policy\" content=\"") +
+          Html::of_markup(content_policy(page_files(), scripts)) +
+          "\">\n<meta "
+          "name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n<title>" +
+          title + "</title>\n<style>\n" + Html::of_markup(page_files().at("page.css")) +
+          "</style>\n</head>\n<body>\n<h1>" + title + "</h1>\n" + body + elements +
+          "</body>\n</html>\n")
+      .str();
 }
 
 constexpr int least_width = 900, page_height = 560;
@@ -281,14 +287,15 @@ void set_cell(TextTable& table, const std::string& row, const std::string& colum
   (*own)[std::size_t(column_at)] = text;
 }
 
-std::string html_table(const TextTable& rows, Cells cells) {
-  std::string out = std::string("<div class=\"wide\"><table") +
-                    (cells == Cells::words ? " class=\"words\"" : "") + ">\n";
+Html html_table(const TextTable& rows, Cells cells) {
+  Html out("<div class=\"wide\"><table");
+  if (cells == Cells::words) out += " class=\"words\"";
+  out += ">\n";
   for (const auto& row : rows) {
-    const char* cell = &row == &rows.front() ? "th" : "td";
+    const bool head = &row == &rows.front();
     out += "<tr>";
     for (const std::string& text : row)
-      out += std::string("<") + cell + ">" + text + "</" + cell + ">";
+      out += head ? Html("<th>") + text + "</th>" : Html("<td>") + text + "</td>";
     out += "</tr>\n";
   }
   return out + "</table></div>\n";
@@ -296,11 +303,12 @@ std::string html_table(const TextTable& rows, Cells cells) {
 
 void write_sections(const fs::path& folder, const std::string& name, const std::string& title,
                     const std::vector<Section>& sections) {
-  std::string markdown, page;
+  std::string markdown;
+  Html page;
   for (const Section& s : sections) {
     if (s.table.size() == 1) continue;
-    if (!s.title.empty()) page += "<h2>" + s.title + "</h2>\n";
-    if (!s.text.empty()) page += "<p>" + s.text + "</p>\n";
+    if (!s.title.empty()) page += Html("<h2>") + s.title + "</h2>\n";
+    if (!s.text.empty()) page += Html("<p>") + s.text + "</p>\n";
     page += s.html;
     if (!s.table.empty()) page += html_table(s.table, s.cells);
     markdown += s.markdown;
@@ -313,13 +321,13 @@ void write_sections(const fs::path& folder, const std::string& name, const std::
   write_text((folder / page_name).string(), html_page(title, page));
 }
 
-std::string html_figure(const fs::path& png, const std::string& caption, int width,
-                        const std::string& variant) {
-  std::string out = "<figure";
-  if (!variant.empty()) out += " data-variant=\"" + html_text(variant) + "\"";
+Html html_figure(const fs::path& png, const Html& caption, int width, const std::string& variant) {
+  Html out("<figure");
+  if (!variant.empty()) out += Html(" data-variant=\"") + variant + "\"";
   out += ">";
   if (fs::exists(png))
-    out += "<img alt=\"\" src=\"data:image/png;base64," + base64(png_bytes(png, width)) + "\">";
+    out +=
+        Html("<img alt=\"\" src=\"data:image/png;base64,") + base64(png_bytes(png, width)) + "\">";
   return out + "<figcaption>" + caption + "</figcaption></figure>\n";
 }
 

@@ -32,6 +32,30 @@ inline std::string two_digits(double value) {
 
 inline std::string decimals(double value, int count) { return formatted("%.*f", count, value); }
 
+/// HTML in which no text becomes markup: literals stand as they are, all other text is escaped.
+class Html {
+ public:
+  Html() = default;
+  template <std::size_t size>
+  Html(const char (&markup)[size]) : html_(markup) {}
+  Html(const std::string& text) : html_(html_text(text)) {}
+  /// Of psivox's own making, such as an SVG.
+  static Html of_markup(std::string markup) {
+    Html html;
+    html.html_ = std::move(markup);
+    return html;
+  }
+  Html& operator+=(const Html& more) {
+    html_ += more.html_;
+    return *this;
+  }
+  friend Html operator+(Html begin, const Html& end) { return begin += end; }
+  const std::string& str() const { return html_; }
+
+ private:
+  std::string html_;
+};
+
 /// Rows of cells; the first row is the head.
 using TextTable = std::vector<std::vector<std::string>>;
 
@@ -49,7 +73,7 @@ std::string csv_text(const std::vector<Json>& rows);
 
 /// Cells of words are left-aligned and wrap, numbers are right-aligned.
 enum class Cells { numbers, words };
-std::string html_table(const TextTable& rows, Cells cells = Cells::numbers);
+Html html_table(const TextTable& rows, Cells cells = Cells::numbers);
 std::string markdown_table(const TextTable& rows);
 /// Sets a cell by the names of its row and its column, which stand in the first column and the
 /// first row. Adds the row or column if the table lacks it. A cell that is never set is "–".
@@ -59,10 +83,10 @@ void set_cell(TextTable& table, const std::string& row, const std::string& colum
 /// A part of a study's report.
 struct Section {
   std::string title{};
-  std::string text{};  ///< in HTML, which is Markdown too
+  std::string text{};
   TextTable table{};
   Cells cells = Cells::numbers;
-  std::string html{};      ///< between text and table, on the page alone
+  Html html{};             ///< between text and table, on the page alone
   std::string markdown{};  ///< before the text, in Markdown alone
 };
 
@@ -71,10 +95,10 @@ struct Section {
 void write_sections(const std::filesystem::path& folder, const std::string& name,
                     const std::string& title, const std::vector<Section>& sections);
 
-/// A PNG inside the page, at most `width` pixels wide, above a line of HTML; the line alone if
-/// there is no such file. Plots show the figure beside the points with the name `variant`.
-std::string html_figure(const std::filesystem::path& png, const std::string& caption, int width,
-                        const std::string& variant = "");
+/// A PNG inside the page, at most `width` pixels wide, above a caption; the caption alone if there
+/// is no such file. Plots show the figure beside the points with the name `variant`.
+Html html_figure(const std::filesystem::path& png, const Html& caption, int width,
+                 const std::string& variant = "");
 
 inline constexpr const char* page_name = "index.html";
 
@@ -141,10 +165,10 @@ std::vector<PlotPoint> pareto_front(std::vector<PlotPoint> points, double margin
 
 /// Writes the plot as NAME.svg to the folder. Returns HTML: the SVG, and the plot's data for the
 /// interactive chart that replaces the SVG where scripts run.
-std::string write_plot(const Plot& plot, const std::filesystem::path& folder);
+Html write_plot(const Plot& plot, const std::filesystem::path& folder);
 
 /// HTML of the facts that charts show beside points, by the points' names. Once per page.
-std::string html_facts(const std::map<std::string, Facts>& facts);
+Html html_facts(const std::map<std::string, Facts>& facts);
 
 /// The points of one rule and sampling, joined in their order.
 struct PlotCurve {

@@ -137,7 +137,7 @@ Section section_of(const Domain& domain, const Measure& measure, const fs::path&
                    const std::function<void()>& did, std::vector<Json>& csv) {
   Section section{.title = std::string(measure.title) + ": " + domain.caption,
                   .table = {{"rule", "ΔΨ, RMS (max)", "Δζ, RMS (max)", "Δ colour, RMS (max)"}}};
-  std::string figures;
+  Html figures("<div class=\"gallery\">\n");
   for (const Integrator rule : segment_rules()) {
     const Surface surface(rule, domain, measure);
     const std::string name = rule_name({{.integrator = rule}});
@@ -156,7 +156,7 @@ Section section_of(const Domain& domain, const Measure& measure, const fs::path&
     csv.push_back(std::move(row));
     did();
   }
-  section.html = "<div class=\"gallery\">\n" + figures + "</div>\n";
+  section.html = figures + "</div>\n";
   return section;
 }
 

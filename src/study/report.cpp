@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <regex>
 #include <set>
 
 #include "base/text.h"
@@ -62,51 +61,50 @@ std::string emission_text(const Scene& scene) {
   return grids.empty() ? "none" : joined(grids, " and ");
 }
 
-std::string head(const StudyResults& r) {
+Html head(const StudyResults& r) {
   const std::string version = r.version + (r.git.empty() ? "" : " (" + r.git + ")");
   const Scene scene = scene_in(r);
   return html_table(
       {{"study", ""},
-       {"file", html_text(r.input) + ", FNV-1a " + r.input_hash},
-       {"light", html_text(light_text(scene))},
-       {"luminance", html_text(luminance_text(scene))},
-       {"emission", html_text(emission_text(scene))},
+       {"file", r.input + ", FNV-1a " + r.input_hash},
+       {"light", light_text(scene)},
+       {"luminance", luminance_text(scene)},
+       {"emission", emission_text(scene)},
        {"reference", "adaptive quadrature in double; its error is at most " +
                          two_digits(r.reference_bound) + " at any pixel"},
        {"points", std::to_string(r.points.size()) + ", each timed " +
                       (r.repeats == 1 ? "once" : std::to_string(r.repeats) + " times")},
-       {"psivox", html_text(version)},
-       {"GL", html_text(r.renderer)},
-       {"machine", html_text(r.processor) + ", " + std::to_string(r.threads) + " threads, " +
-                       html_text(r.system)}},
+       {"psivox", version},
+       {"GL", r.renderer},
+       {"machine", r.processor + ", " + std::to_string(r.threads) + " threads, " + r.system}},
       Cells::words);
 }
 
-/// HTML whose lines break between options.
-std::string between_options(const std::string& html, const char* tag) {
-  static const std::regex option(" --");
-  return std::regex_replace(html, option, formatted("</%s> <%s>--", tag, tag));
+/// A command in elements, between which its lines break: between its options.
+Html in_elements(const std::string& command, const Html& begin, const Html& end) {
+  Html html = begin;
+  std::size_t from = 0;
+  for (std::size_t at; (at = command.find(" --", from)) != command.npos; from = at + 1)
+    html += Html(command.substr(from, at - from)) + end + " " + begin;
+  return html + command.substr(from) + end;
 }
 
-std::string conclusion_html(const StudyResults& results) {
-  std::string html;
-  const std::vector<std::string> parts = split(html_text(conclusion_text(results)), '`');
+Html conclusion_html(const StudyResults& results) {
+  Html html("<p class=\"conclusion\">");
+  const std::vector<std::string> parts = split(conclusion_text(results), '`');
   for (std::size_t i = 0; i < parts.size(); ++i)
-    html += i % 2 ? "<code>" + between_options(parts[i], "code") + "</code>" : parts[i];
-  return "<p class=\"conclusion\">" + html + "</p>\n";
-}
-
-std::string command_html(const StudyResults& results) {
-  return "<pre class=\"command\"><span>" + between_options(html_text(command_of(results)), "span") +
-         "</span></pre>\n";
+    html += i % 2 ? in_elements(parts[i], "<code>", "</code>") : Html(parts[i]);
+  return html + "</p>\n";
 }
 
 /// The first screen: what was found, and of what.
-std::string first_screen(const StudyResults& results, const std::string& pictures) {
+Html first_screen(const StudyResults& results, const Html& pictures) {
   return conclusion_html(results) + "<div class=\"first\">\n<div>" + pictures +
          "</div>\n<div>\n<p>This command draws this picture; append a setting's options to draw it "
          "that way:</p>\n" +
-         command_html(results) + head(results) + "</div>\n</div>\n<p>" + eight_bits_note + "</p>\n";
+         Html("<pre class=\"command\">") + in_elements(command_of(results), "<span>", "</span>") +
+         "</pre>\n" + head(results) + "</div>\n</div>\n<p>" + std::string(eight_bits_note) +
+         "</p>\n";
 }
 
 std::string spread_text(const Spread& s) {
@@ -169,7 +167,7 @@ TextTable points_table(const StudyResults& results) {
 }
 
 /// The facts that fit beside a point of a plot.
-std::string plot_facts(const StudyResults& results) {
+Html plot_facts(const StudyResults& results) {
   constexpr const char* brief[] = {
       "RMS", "radiance max, pixel", "look-ups per ray", "CPU ms", "wall ms", "GPU ms"};
   std::map<std::string, Facts> all;
@@ -200,20 +198,20 @@ TextTable cheapest_table(const StudyResults& results) {
   return rows;
 }
 
-std::string pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
-                    double scale) {
+Html pair_of(const fs::path& folder, const std::string& name, const std::string& file_name,
+             double scale) {
   const std::string file = file_name + ".png";
   // Beside a point of a plot the name stands above the pictures.
-  const std::string label = "<span class=\"name\">" + name + ": </span>";
-  return "<div class=\"pair\">" +
+  const Html label = Html("<span class=\"name\">") + name + ": </span>";
+  return Html("<div class=\"pair\">") +
          html_figure(folder / pictures_folder / file, label + "picture", thumbnail_width, name) +
          html_figure(folder / differences_folder / file,
                      label + "difference, ±" + two_digits(scale), thumbnail_width, name) +
          "</div>\n";
 }
 
-std::string gallery(const StudyResults& results, const fs::path& folder) {
-  std::string out =
+Html gallery(const StudyResults& results, const fs::path& folder) {
+  Html out =
       "<p>Every variant has its picture and the difference from the reference: blue where the "
       "picture is darker, red where it is brighter. The caption has the difference at full "
       "colour.</p>\n<div class=\"gallery\">\n";
@@ -225,16 +223,16 @@ std::string gallery(const StudyResults& results, const fs::path& folder) {
 }
 
 /// One reference for each resolution.
-std::string references(const StudyResults& results, const fs::path& folder) {
+Html references(const StudyResults& results, const fs::path& folder) {
   std::set<std::string> names;
-  std::string out;
+  Html out;
   for (const StudyPoint& p : results.points) {
     const std::string name = reference_name(p.variant);
     if (!names.insert(name).second) continue;
     out += html_figure(folder / (name + ".png"), "the picture, by the reference", picture_width);
   }
   if (fs::exists(folder / turning_name))
-    out += std::string("<p><a href=\"") + turning_name + "\">Turn the picture</a></p>\n";
+    out += Html("<p><a href=\"") + std::string(turning_name) + "\">Turn the picture</a></p>\n";
   return out;
 }
 
@@ -244,8 +242,8 @@ TextTable foreign_table(const StudyResults& results) {
   return rows;
 }
 
-std::string plots(const StudyResults& results, const fs::path& folder) {
-  std::string html;
+Html plots(const StudyResults& results, const fs::path& folder) {
+  Html html;
   for (const Plot& plot : plots_of(results)) html += write_plot(plot, folder);
   return html + plot_facts(results);
 }
@@ -276,7 +274,7 @@ TextTable skipped_table(const std::vector<SkippedVariant>& skipped) {
   TextTable rows = {{"skipped", "why"}};
   for (const SkippedVariant& s : skipped) {
     const std::string rule = rule_name(s.variant) + ": ", sampling = sampling_name(s.variant);
-    const std::string reason = html_text(s.reason);
+    const std::string& reason = s.reason;
     const auto row = std::ranges::find_if(
         rows, [&](const auto& cells) { return cells[0].starts_with(rule) && cells[1] == reason; });
     if (row == rows.end())
@@ -314,13 +312,14 @@ void write_report(const StudyResults& results, const fs::path& folder) {
         "already reaches the RMS; –: no point reaches it.",
         needs_table(results)},
        {.title = "All numbers",
-        .html = "<p>Times are medians, with the quartiles in parentheses. The step error is the "
-                "march in double less the reference; the arithmetic error is the GPU's picture "
-                "less the march in double.</p>\n" +
-                html_table(points_table(results))},
+        .html =
+            Html("<p>Times are medians, with the quartiles in parentheses. The step error is the "
+                 "march in double less the reference; the arithmetic error is the GPU's picture "
+                 "less the march in double.</p>\n") +
+            html_table(points_table(results))},
        {"Skipped", "", skipped_table(results.skipped), Cells::words},
        {.title = "Pictures", .html = gallery(results, folder)},
-       {.title = "Scene", .html = "<pre>" + html_text(results.scene) + "</pre>\n"}});
+       {.title = "Scene", .html = Html("<pre>") + results.scene + "</pre>\n"}});
 }
 
 }  // namespace psivox

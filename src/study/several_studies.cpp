@@ -260,14 +260,14 @@ std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out) {
   const SequenceStatistics all = statistics_of(frames);
   const std::string conclusion = conclusion_of(all);
-  std::string links;
+  Html links("<p>");
   for (const auto& [frame, folder] : frames)
-    links += "<a href=\"" + folder.filename().string() + "/index.html\">" + std::to_string(frame) +
-             "</a> ";
+    links += Html("<a href=\"") + folder.filename().string() + "/index.html\">" +
+             std::to_string(frame) + "</a> ";
   write_text((out / "frames.csv").string(), statistics_csv(all.variants));
   write_sections(out, "frames", "psivox study of a sequence",
                  {{.text = conclusion, .table = statistics_table(all.variants)},
-                  {.title = "Frames", .html = "<p>" + links + "</p>\n"}});
+                  {.title = "Frames", .html = links + "</p>\n"}});
   return conclusion;
 }
 

@@ -64,9 +64,10 @@ Json json_of(const Plot& plot) {
   return out;
 }
 
-std::string html_json(const std::string& attributes, const Json& data) {
-  return "<script type=\"application/json\"" + attributes + ">" +
-         without_tags(data.dump(-1, ' ', false, Json::error_handler_t::replace)) + "</script>\n";
+Html html_json(const Html& attributes, const Json& data) {
+  return Html("<script type=\"application/json\"") + attributes + ">" +
+         Html::of_markup(without_tags(data.dump(-1, ' ', false, Json::error_handler_t::replace))) +
+         "</script>\n";
 }
 
 constexpr Ink inks[] = {{31, 119, 180},  {255, 127, 14}, {44, 160, 44},   {214, 39, 40},
@@ -165,15 +166,15 @@ double scatter(const StudyResults& results, double TimeSample::*clock) {
 
 }  // namespace
 
-std::string write_plot(const Plot& plot, const std::filesystem::path& folder) {
+Html write_plot(const Plot& plot, const std::filesystem::path& folder) {
   const std::string svg = svg_of(plot), file = plot.name + ".svg";
   write_text((folder / file).string(), svg);
-  return "<section class=\"plot\" id=\"" + plot.name + "\"><header><h3>" + html_text(plot.title) +
-         "</h3><a href=\"" + file + "\">SVG</a></header>\n" + svg + html_json("", json_of(plot)) +
-         "</section>\n";
+  return Html("<section class=\"plot\" id=\"") + plot.name + "\"><header><h3>" + plot.title +
+         "</h3><a href=\"" + file + "\">SVG</a></header>\n" + Html::of_markup(svg) +
+         html_json("", json_of(plot)) + "</section>\n";
 }
 
-std::string html_facts(const std::map<std::string, Facts>& facts) {
+Html html_facts(const std::map<std::string, Facts>& facts) {
   return html_json(" id=\"facts\"", facts);
 }
 

@@ -204,7 +204,7 @@ Plot mission_plot(const std::vector<SuiteResult>& results, bool functions) {
   return plot;
 }
 
-const char* const suite_intro =
+constexpr char suite_intro[] =
     "<p>A volume renderer integrates light along each pixel's ray: the radiance is ∫ L τ T ds, "
     "where τ is the attenuation, L the luminance of the medium and T the transmittance in front. "
     "Each rule is one way to do that from samples of the volume (look-ups): at uniform steps, or "
@@ -274,14 +274,14 @@ std::string conclusion_of(const std::vector<SuiteResult>& results,
 Section first_section(const std::string& conclusion, const std::vector<std::string>& misses,
                       const std::vector<SuiteResult>& results, const std::string& renderer,
                       const std::filesystem::path& folder) {
-  Section first{.html = "<p class=\"conclusion\">" + html_text(conclusion) + "</p>\n",
+  Section first{.html = Html("<p class=\"conclusion\">") + conclusion + "</p>\n",
                 .markdown = conclusion + "\n\n"};
   for (const std::string& miss : misses) {
-    first.html += "<p><b>Not as expected:</b> " + html_text(miss) + "</p>\n";
+    first.html += Html("<p><b>Not as expected:</b> ") + miss + "</p>\n";
     first.markdown += "- " + miss + "\n\n";
   }
-  first.html += suite_intro + std::string("<p>psivox ") + PSIVOX_VERSION + " " + git_hash() + ", " +
-                html_text(renderer) + "</p>\n<div class=\"gallery\">\n";
+  first.html += Html(suite_intro) + "<p>psivox " + PSIVOX_VERSION + " " + std::string(git_hash()) +
+                ", " + renderer + "</p>\n<div class=\"gallery\">\n";
   for (const SuiteResult& r : results)
     first.html += html_figure(folder / (r.scene.name + ".png"), r.scene.name, 160);
   first.html += "</div>\n<h2>Error by look-ups</h2>\n";

@@ -7,8 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <new>
+
+#include "base/terminal.h"
 
 namespace psivox::view {
 namespace {
@@ -167,7 +168,7 @@ void Messages::error(const std::string& text) {
   say(text);
   is_error_ = true;
   ++error_count_;
-  std::fprintf(stderr, "psivox: %s\n", text.c_str());
+  print_notice(text);
 }
 
 void Messages::say(const std::string& text) {

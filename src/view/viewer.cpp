@@ -1,11 +1,11 @@
 #include "view/viewer.h"
 
 #include <algorithm>
-#include <cstdio>
 #include <filesystem>
 #include <utility>
 
 #include "base/stopwatch.h"
+#include "base/terminal.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
@@ -82,8 +82,7 @@ void Viewer::take_volume(bool first) {
   if (!navigation_.moved()) navigation_.reset(scene(), *volume()->subject);
   window_.set_title(std::filesystem::path(now_.scene.input).filename().string() + " - psivox");
   if (options_.quiet) return;
-  for (const std::string& notice : volume()->notices)
-    std::fprintf(stderr, "psivox: %s\n", notice.c_str());
+  for (const std::string& notice : volume()->notices) print_notice(notice);
 }
 
 void Viewer::keep_old_volume(const std::exception_ptr& refusal) {
