@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <glm/vec2.hpp>
+#include <tuple>
 #include <utility>
 
 #include "field/leaf_values.h"
@@ -80,7 +81,7 @@ TEST(Nifti, FramesAreGridsInTheirOrderAndInAnyOther) {
     expect_made(file, "image[" + std::to_string(frame) + "]", 1, frame);
   EXPECT_EQ(file.default_grid(), "image");
   EXPECT_EQ(file.read("image").notices,
-            std::vector<std::string>{"grid 'image': 3 grids have this name; took 'image[0]'"});
+            std::vector<std::string>{"the first of 3 frames; --frames 0-2 draws all of them"});
   EXPECT_TRUE(has(input_error([&] { file.read("rgb"); }),
                   "has no grid 'rgb'; it has 'image[0]' 'image[1]' 'image[2]'"));
 }
@@ -136,6 +137,23 @@ TEST(Nifti, TheQformComesAfterTheSformAndBeforeTheSizesOfVoxels) {
   for (int c = 0; c < 4; ++c)
     for (int r = 0; r < 4; ++r)
       EXPECT_NEAR(turned[c][r], expected[c][r], 2 * 1.2e-7);  // the quaternion is a float's
+}
+
+TEST(Nifti, AnSformThatIsEmptyDoesNotCount) {
+  for (const bool qform : {true, false}) {
+    std::string bytes = nifti_header(false, false, 2, dims());  // its code names an sform
+    std::fill_n(bytes.begin() + 280, 48, '\0');
+    for (std::size_t i = 0; i < 3; ++i) put(bytes, 80 + 4 * i, float(i + 1), false);
+    put<std::int16_t>(bytes, 252, qform, false);
+    put(bytes, 268, 7.0f, false);
+    const Field field =
+        VdbFile(test::write_bytes("empty.nii", bytes + values_of_type<std::uint8_t>(false)))
+            .read("image");
+    EXPECT_EQ(field.world_from_index[1], glm::dvec4(0, 2, 0, 0));
+    EXPECT_EQ(field.world_from_index[3].x, qform ? 7 : 5);
+    ASSERT_EQ(field.notices.size(), 1u);
+    EXPECT_TRUE(has(field.notices[0], qform ? "by its qform" : "by its pixdim"));
+  }
 }
 
 TEST(Nifti, APairIsReadByItsHeader) {
@@ -258,6 +276,36 @@ TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {
                          values_of_type<std::uint8_t>(false, 3, true)));
     EXPECT_EQ(file.names().size(), grids) << kind;
     EXPECT_EQ(file.names().at(0), grids == 1 ? "rgb" : "image[0]");
+  }
+}
+
+TEST(Nrrd, AFirstAxisOfBytesWithoutAKindHasColours) {
+  for (const auto& [type, size, name] :
+       {std::tuple("uint8", 3, "rgb"), {"uint8", 4, "rgb"}, {"int8", 3, "image"}}) {
+    const VdbFile file(test::write_bytes(
+        "bare.nrrd",
+        "NRRD0005\ntype: " + std::string(type) + "\ndimension: 4\nsizes: " + std::to_string(size) +
+            " 11 9 10\nencoding: raw\n\n" + values_of_type<std::uint8_t>(false, size, true)));
+    expect_made(file, name, 3);
+  }
+}
+
+TEST(Nrrd, ATimeAxisHasFrames) {
+  const std::string fields[] = {
+      "space: left-posterior-superior-time\nkinds: domain domain domain domain\n"
+      "space directions: (1,0,0,0) (0,2,0,0) (0,0,3,0) (0,0,0,0.5)\nspace origin: (4,5,6,0)\n",
+      "space: LPS\nkinds: domain domain domain time\n"
+      "space directions: (1,0,0) (0,2,0) (0,0,3) (0,0,0.5)\nspace origin: (4,5,6)\n",
+      "space: LPS\nspace directions: (1,0,0) (0,2,0) (0,0,3) (nan,nan,nan)\n"
+      "space origin: (4,5,6)\n"};
+  for (const std::string& field : fields) {
+    const VdbFile file(test::write_bytes(
+        "time.nrrd", "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 11 9 10 2\nencoding: raw\n" +
+                         field + "\n" + values_of_type<std::uint8_t>(false, 1, false, 2)));
+    ASSERT_EQ(file.names().size(), 2u) << field;
+    expect_made(file, "image[1]", 1, 1);
+    EXPECT_EQ(file.read("image[1]").world_from_index,
+              (glm::dmat4{{-1, 0, 0, 0}, {0, -2, 0, 0}, {0, 0, 3, 0}, {-4, -5, 6, 1}}));
   }
 }
 

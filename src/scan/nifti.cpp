@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "base/text.h"
+#include "field/index_space.h"
 #include "scan/streams.h"
 
 namespace psivox::scan {
@@ -124,13 +125,22 @@ glm::dmat3 rotation(const double (&bcd)[3], const FileBlocks& file) {
           {s * (b * d + a * c), s * (c * d - a * b), 1 - s * (b * b + c * c)}};
 }
 
+glm::dmat4 transform_of_rows(const double (&rows)[3][4]) {
+  glm::dmat4 m(1);
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 4; ++c) m[c][r] = rows[r][c];
+  return m;
+}
+
 /// Sets the transform as nibabel does: by the sform, else by the qform, else by the sizes of
-/// voxels, with x to the left and the origin in the middle.
+/// voxels, with x to the left and the origin in the middle. Some writers name an sform and leave
+/// it empty: it does not count.
 void set_transform(const NiftiFields& fields, Header& header, const FileBlocks& file) {
   glm::dmat4& m = header.world_from_index;
-  if (fields.sform != 0) {
-    for (int r = 0; r < 3; ++r)
-      for (int c = 0; c < 4; ++c) m[c][r] = fields.rows[r][c];
+  const glm::dmat4 rows = transform_of_rows(fields.rows);
+  const bool usable = fields.sform != 0 && has_volume(rows);
+  if (usable) {
+    m = rows;
     header.metadata["transform"] = "sform";
   } else if (fields.qform != 0) {
     const glm::dmat3 turn = rotation(fields.quaternion, file);
@@ -148,6 +158,9 @@ void set_transform(const NiftiFields& fields, Header& header, const FileBlocks& 
     }
     header.metadata["transform"] = "pixdim";
   }
+  if (fields.sform != 0 && !usable)
+    header.notices.push_back("places it by its " + header.metadata["transform"] +
+                             ": its sform is empty or singular");
 }
 
 /// Sets shape, frames and channels. A fifth dimension of 3 holds vectors; all other dimensions

@@ -158,14 +158,15 @@ struct Axis {
   bool spatial = true;
 };
 
+/// A vector of space. A fourth component, of a space with time, is left out.
 glm::dvec3 vector_of(const FileBlocks& file, const std::string& text) {
   glm::dvec3 v(0);
   if (!text.starts_with('(') || !text.ends_with(')'))
     refuse(file, in_quotes(text) + " is no vector");
   const std::vector<std::string> parts = split(text.substr(1, text.size() - 2));
-  if (parts.empty() || parts.size() > 3)
+  if (parts.empty() || parts.size() > 4)
     refuse(file, in_quotes(text) + " is no vector of 3 numbers");
-  for (std::size_t i = 0; i < parts.size(); ++i)
+  for (std::size_t i = 0; i < std::min<std::size_t>(parts.size(), 3); ++i)
     v[int(i)] = number<double>(file, parts[i], "a component");
   return v;
 }
@@ -202,8 +203,13 @@ std::vector<Axis> axes_of(const NrrdText& text, const FileBlocks& file) {
     if (!kinds.empty()) axis.kind = plain(kinds[i]);
     axis.spatial = is_place(axis.kind);
     if (directions.empty()) continue;
-    axis.spatial = !is_none(directions[i]);
+    axis.spatial = !is_none(directions[i]) && axis.kind != "time";
     if (axis.spatial) axis.direction = vector_of(file, directions[i]);
+    // a direction in time alone, or one that is not known
+    if (axis.spatial && !(glm::length(*axis.direction) > 0) && axes.size() > 3) {
+      axis.spatial = false;
+      axis.direction.reset();
+    }
   }
   // Of four axes without kinds and directions, a short first one has components, or else the last
   // one has frames.
@@ -213,8 +219,11 @@ std::vector<Axis> axes_of(const NrrdText& text, const FileBlocks& file) {
   return axes;
 }
 
-/// Whether an axis has red, green and blue, and alpha if it is 4 long.
-bool is_colour(const Axis& axis) {
+/// Whether an axis has red, green and blue, and alpha if it is 4 long. A first one of bytes without
+/// a kind has colours, too.
+bool is_colour(const Axis& axis, bool first, Type type) {
+  if (first && is_place(axis.kind) && type == Type::uint8 && (axis.size == 3 || axis.size == 4))
+    return true;
   constexpr Names<int> colours[] = {{"rgb,rgbcolor,3color", 3}, {"rgba,rgbacolor,4color", 4}};
   const int* channels = meaning_of(colours, axis.kind);
   return channels && *channels == axis.size;
@@ -239,10 +248,11 @@ std::vector<std::size_t> set_shape(const std::vector<Axis>& axes, Header& header
     header.values *= axis.size;
     if (axis.spatial) {
       space.push_back(i);
-    } else if (header.channels == 1 && (is_colour(axis) || is_vector(axis, i == 0))) {
+    } else if (const bool colour = is_colour(axis, i == 0, header.type);
+               header.channels == 1 && (colour || is_vector(axis, i == 0))) {
       header.channels = 3;
       header.channel_stride = axis.stride;
-      header.colour = is_colour(axis);
+      header.colour = colour;
       if (axis.size == 4) header.notices.push_back("leaves out the alpha of its colours");
     } else if (axis.size > 1) {
       if (header.frames > 1)
