@@ -2,9 +2,13 @@
 
 #include <limits>
 
+#include "field/field_index.h"
+#include "psivox/draw.h"
 #include "psivox/field.h"
 #include "psivox/medium.h"
+#include "psivox/open.h"
 #include "thrown.h"
+#include "vdb/grid_names.h"
 #include "vdb_made_files.h"
 
 namespace psivox {
@@ -92,6 +96,70 @@ TEST(VdbChoice, KnownNamesComeFirstThenClassesThenTheMostVoxels) {
   EXPECT_EQ(chosen({many("a"), of_class(level_set, few("b")), vectors("v")}), "b");
   EXPECT_EQ(chosen({vectors("v"), few("a"), many("b")}), "b");
   EXPECT_EQ(chosen({vectors("v"), vectors("w")}), "v");
+}
+
+TEST(VdbChoice, NamesMayHaveAnyCaseAndOtherWordsBefore) {
+  const auto many = [](const std::string& name) { return voxels(name, 1, 9); };
+  const auto few = [](const std::string& name) { return voxels(name, 1); };
+  for (const char* name : {"voxel_fogDensity", "fluid_density", "SmokeDensity", "smoke density",
+                           "DENSITY_2", "Clouds"})
+    EXPECT_EQ(chosen({many("other"), many("Temperature"), few(name)}), name);
+  EXPECT_EQ(chosen({many("fuel_density"), few("density")}), "density") << "a whole name";
+  EXPECT_EQ(chosen({many("densitometry"), few("b_heat")}), "b_heat");
+  const VdbFile file(write_vdb({many("Flames"), many("voxel_temperature"), vectors("CD")}));
+  EXPECT_EQ(grid_saying(file, "flame", 1), "Flames");
+  EXPECT_EQ(grid_saying(file, "temperature", 1), "voxel_temperature");
+  EXPECT_EQ(grid_saying(file, "cd", 3), "CD");
+  EXPECT_EQ(grid_saying(file, "cd", 1), "");
+}
+
+TEST(VdbChoice, ThreeComponentsAreOneVector) {
+  std::vector<FloatGrid::Ptr> parts;
+  for (int c = 0; c < 3; ++c) {
+    parts.push_back(named<FloatGrid>(std::string("vel.") + "xyz"[c]));
+    parts.back()->tree().setValue(Coord(c, 0, 0), float(c + 1));
+    parts.back()->tree().setValue(Coord(20, 0, 0), float(-c));
+  }
+  const auto path = write_vdb({parts[0], parts[1], parts[2]});
+  const VdbFile file(path);
+  EXPECT_EQ(file.names(), std::vector<std::string>{"vel"});
+  EXPECT_EQ(file.default_grid(), "vel");
+  EXPECT_EQ(file.channels("vel"), 3);
+  const Field field = file.read("vel", {.role = GridRole::data});
+  const FieldIndex index(field);
+  EXPECT_EQ(index.at(glm::ivec3(1, 0, 0)), glm::dvec3(0, 2, 0));
+  EXPECT_EQ(index.at(glm::ivec3(20, 0, 0)), glm::dvec3(0, -1, -2));
+  EXPECT_EQ(field.active_box.max, glm::ivec3(20, 0, 0));
+  EXPECT_EQ(file.read("vel.y", {.role = GridRole::data}).channels, 1) << "named, it is a scalar";
+  const View view = make_view(with_look({}, file, "auto").scene, file);
+  EXPECT_EQ(view.scene.grid, "vel:length");
+
+  parts[2]->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+  EXPECT_NE(input_error([&] {
+              VdbFile(write_vdb({parts[0], parts[1], parts[2]})).read("vel");
+            }).find("different lattices"),
+            std::string::npos);
+  const auto own = named<FloatGrid>("vel");
+  EXPECT_EQ(VdbFile(write_vdb({parts[0], parts[1], parts[2], own})).names().size(), 4u);
+}
+
+TEST(VdbChoice, GridsOfASolverAreNotDrawnBesideADensity) {
+  const auto many = [](const std::string& name) { return voxels(name, 1, 9); };
+  for (const char* name : {"shadow", "uv_grid_0", "uv_gridU", "phi_out", "phi", "Pressure"}) {
+    EXPECT_EQ(chosen({many(name), voxels("density", 0)}), "density") << name;
+    EXPECT_EQ(chosen({many(name), voxels("other", 1)}), "other") << name;
+    EXPECT_EQ(chosen({many(name)}), name) << "there is no other";
+  }
+  // Blender's file before the first smoke
+  auto density = named<FloatGrid>("density");
+  density->insertMeta("file_base_resolution", openvdb::Vec3IMetadata({64, 64, 64}));
+  const std::string path = write_vdb({density, vectors("velocity"), many("shadow")});
+  EXPECT_EQ(VdbFile(path).default_grid(), "density");
+  const OpenedScene opened = open_scene({}, VdbFile(path));
+  EXPECT_EQ(opened.view.medium.density->active_voxels, 0u);
+  const Image image = Session(opened.view).draw(*open_double()).image;
+  EXPECT_EQ(blank_reason(opened.view, image),
+            "the picture is empty: grid 'density' has no active voxel");
 }
 
 TEST(VdbChoice, AGridThatHoldsNothingDoesNotCount) {

@@ -97,6 +97,32 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
     EXPECT_NE(rows[0].problem.find(text), std::string::npos) << rows[0].problem;
 }
 
+TEST(VdbFiles, AnUnknownTransformIsNamedAndIsNoCut) {
+  auto grid = named<FloatGrid>("density");
+  grid->tree().setValue(Coord(0), 1.0f);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
+  std::ostringstream pipe;
+  openvdb::io::Stream(pipe).write(openvdb::GridCPtrVec{grid});
+  const auto path = write_vdb({grid});
+  for (std::string bytes : {pipe.str(), test::file_bytes(path)}) {
+    const std::size_t at = bytes.find("UniformScaleMap");
+    ASSERT_NE(at, std::string::npos);
+    bytes.replace(at, 15, "QuarkyScaleMaps");
+    const VdbFile file(test::write_bytes("quarky.vdb", bytes));
+    file.check_whole();
+    EXPECT_NE(input_error([&] {
+                file.read(file.default_grid());
+              }).find("its transform is of the unknown type 'QuarkyScaleMaps'"),
+              std::string::npos);
+  }
+  // what is cut short has nothing that a look could draw
+  const std::string cut = pipe.str().substr(0, pipe.str().size() - 100);
+  const std::string message =
+      input_error([&] { VdbFile(test::write_bytes("cut.vdb", cut)).check_whole(); });
+  EXPECT_NE(message.find("is cut short"), std::string::npos);
+  EXPECT_EQ(message.find("--look"), std::string::npos);
+}
+
 TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {
   auto a = named<FloatGrid>("a");
   a->tree().setValue(Coord(1, 2, 3), -4.0f);

@@ -26,6 +26,7 @@
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "resident_values.h"
+#include "scan_made_files.h"
 #include "scratch.h"
 #include "thrown.h"
 #include "vdb/reader.h"
@@ -503,6 +504,21 @@ TEST(GuardedReading, NoProcessIsLeftWhenTheProgramIsKilled) {
     EXPECT_TRUE(becomes([&] { return processes_of(program) == 0; })) << processes_of(program);
     posix_spawnattr_destroy(&attributes);
   }
+}
+
+TEST(GuardedReading, FramesOfAFileThatIsOpenShareItsReader) {
+  const std::string path =
+      test::write_bytes("frames.nii.gz",
+                        test::gzipped(test::nifti_header(false, false, 2, test::dims({3})) +
+                                      test::values_of_type<std::uint8_t>(false, 1, false, 3)))
+          .string();
+  const int before = processes_below();
+  const auto film = file_of_frame(path + "[1]");
+  ASSERT_TRUE(film);
+  const VdbFile first(path + "[0]"), last(path + "[2]");
+  EXPECT_EQ(processes_below(), before + 1);
+  EXPECT_NE(first.read("image").storage, last.read("image").storage);
+  EXPECT_FALSE(file_of_frame(path));
 }
 
 TEST(GuardedReading, AReaderEndsWithItsVdbFile) {

@@ -124,6 +124,17 @@ TEST(Points, AreDrawnBesideVectors) {
   EXPECT_EQ(VdbFile(write_vdb({vectors, points<NullCodec>(10)})).default_grid(), "points");
 }
 
+TEST(Points, AGridWithoutPointsIsEmptyToEveryQuestion) {
+  const auto empty = createPointDataGrid<NullCodec, PointDataGrid>(
+      std::vector<openvdb::Vec3R>(), *openvdb::math::Transform::createLinearTransform(1));
+  empty->setName("points");
+  const VdbFile file(write_vdb({empty}));
+  EXPECT_EQ(file.content("points").nothing, "has no active voxel");
+  EXPECT_EQ(file.info().at(0).problem, "has no active voxel: nothing to render");
+  EXPECT_NE(input_error([&] { file.read("points"); }).find("has no active voxel"),
+            std::string::npos);
+}
+
 TEST(Points, ADamagedFileIsAnError) {
   const auto grid = points<FixedPointCodec<true>>(40);
   const std::string bytes = file_bytes(write_vdb({grid}));

@@ -53,6 +53,15 @@ struct GridContent {
   std::string nothing;
 };
 
+/// What a file's header tells of a grid's place.
+struct GridPlace {
+  std::uint64_t voxels = 0;               ///< active ones; meaningless unless `known`
+  bool known = false;                     ///< voxels and, if there are any, the next two
+  glm::dvec3 world_min{0}, world_max{0};  ///< of the active voxels' centres
+  double voxel_size = 0;                  ///< of the finest axis; 0: not known
+  glm::ivec3 domain{0};  ///< voxels of the domain, in a cache of Blender's; 0: not known
+};
+
 /// How a grid's values are used. NaN and +-Inf are always bad values; negative values are bad
 /// unless they are mapped first.
 enum class GridRole {
@@ -91,6 +100,9 @@ struct FrameOfFile {
   std::string frame;  ///< `[12]`; empty: all that the file has
 };
 FrameOfFile frame_of_file(const std::string& path);
+/// The file of a frame: as long as it is held, frames that are read in their order are unpacked
+/// once. Null: the path is a whole file's. Throws Error(input).
+std::shared_ptr<const VdbFile> file_of_frame(const std::string& path);
 
 /// A grid of a file, under the name that it has elsewhere.
 struct NamedGrid {
@@ -155,13 +167,20 @@ class VdbFile {
   /// until one is not 0; the answer is kept. Throws Error(memory) alone.
   GridContent content(const std::string& grid) const;
   bool holds_something(const std::string& grid) const { return content(grid).nothing.empty(); }
+  /// Whether it is known to hold nothing without another look into the file.
+  bool known_to_be_empty(const std::string& grid) const;
+
+  /// What the file's header tells, by `read`'s names. It may be wrong, but its numbers are finite.
+  GridPlace place(const std::string& grid) const;
 
   /// The grid to use if `--grid` is unset: the only one (if it cannot be rendered, `read` says
-  /// why), else the best that holds something. Known names come first (density, fog, smoke, ...,
-  /// then temperature and the like), then fog volumes, level sets, other scalars, points, vectors
-  /// and masks; of these the one with the most active voxels. Throws Error(input), which names all
-  /// grids and why each is not drawn, if none holds something; `empty`: then it is the first in
-  /// that order.
+  /// why), else the best that holds something. Known names come first, in any case and behind other
+  /// words (density, fog, smoke, ..., then temperature and the like), then fog volumes, level sets,
+  /// other scalars, points, vectors and masks, and last a solver's own grids such as shadow or
+  /// pressure; of these the one with the most active voxels. Beside an empty density nothing is
+  /// drawn of a solver's own grids, nor of unknown names in a file of Blender's: it is the density.
+  /// Throws Error(input), which names all grids and why each is not drawn, if none holds something;
+  /// `empty`: then it is the first in that order.
   std::string default_grid(bool empty = false) const;
 
   /// Reads one grid: int, bool and double become float; level sets become fog by OpenVDB's own

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <stdexcept>
 #include <system_error>
+#include <utility>
 
 #include "base/input_file.h"
 #include "base/text.h"
@@ -241,7 +242,7 @@ constexpr Format formats[] = {
     {"a MetaImage", "ObjectType = Image", 0, ".mhd .mha",
      "SimpleITK.GetArrayFromImage(i := SimpleITK.ReadImage($)).T, i.GetSpacing(), i.GetOrigin()"},
     {"a Zarr array", "", 0, ".zarr", "zarr.open($)[:].T"},
-    {"a file of raw values", "", 0, ".raw",
+    {"a file of raw values", "", 0, ".raw .vol",
      "numpy.fromfile($, 'u1').reshape(DEPTH, HEIGHT, WIDTH).T"},
 };
 
@@ -283,6 +284,10 @@ std::string foreign_format(const std::string& path, std::string_view head) {
            "; give that file";
   if (begins("\x1f\x8b") && has_extension(path, ".nii.gz")) return "is a damaged gzip";
   if (begins("\x1f\x8b")) return "is compressed; gunzip -k " + shell_word(path) + " unpacks it";
+  for (const auto& [name, extensions] :
+       {std::pair("NIfTI", ".nii .nii.gz"), {"NRRD", ".nrrd .nhdr"}, {"NanoVDB", ".nvdb"}})
+    if (!head.empty() && has_extension(path, extensions))
+      return std::string("does not begin as a file of ") + name + " does; is it damaged?";
   if (begins("PK\3\4")) return "is an archive; unzip " + shell_word(path) + " unpacks it";
   return {};
 }

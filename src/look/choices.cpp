@@ -2,15 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
+#include <optional>
+#include <span>
 #include <utility>
 
 #include "base/text.h"
+#include "field/field_index.h"
 #include "field/index_space.h"
+#include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "look/voxel_lines.h"
 #include "medium/density_function.h"
 #include "medium/map_field.h"
 #include "psivox/parameters.h"
+#include "vdb/grid_names.h"
 
 namespace psivox {
 namespace {
@@ -107,21 +113,80 @@ void choose_contrast(Choosing& all) {
   if (!background || background->environment || is_given(all.asked, "albedo")) return;
   if (glm::dot(background->color, glm::dvec3(0.2126, 0.7152, 0.0722)) < bright) return;
   all.view.reset();
-  all.scene.albedo = glm::dvec3(dark);
+  all.scene.albedo *= dark;
   if (all.scene.luminance && !is_given(all.asked, "luminance")) *all.scene.luminance *= dark;
+}
+
+/// Bounds of some colours.
+struct ColorBounds {
+  glm::dvec3 least{HUGE_VAL}, greatest{0};
+
+  void add(const glm::dvec3& color) {
+    least = glm::min(least, color);
+    greatest = glm::max(greatest, color);
+  }
+};
+
+ColorBounds bounds_of(const Field& colors) {
+  ColorBounds bounds;
+  const auto add = [&](const glm::vec3& color) {
+    if (color != glm::vec3(0)) bounds.add(glm::dvec3(color));
+  };
+  for (const Leaf& leaf : colors.leaves) {
+    const OrderedValues values(colors, leaf);
+    for (std::size_t i = 0; i < 3 * 512; i += 3)
+      add({values.data()[i], values.data()[i + 1], values.data()[i + 2]});
+  }
+  for (const Tile& tile : colors.tiles) add(tile.value);
+  return bounds;
+}
+
+/// The same of three grids of colour times density.
+ColorBounds bounds_of(const MediumFields& fields) {
+  ColorBounds bounds;
+  const std::vector<FieldIndex> channels{
+      FieldIndex(*fields.albedo[0]), FieldIndex(*fields.albedo[1]), FieldIndex(*fields.albedo[2])};
+  for (const SampledVoxel& some : sample_voxels(*fields.density, 4096)) {
+    glm::dvec3 color;
+    for (int c = 0; c < 3; ++c)
+      color[c] = channels[std::size_t(c)].at(glm::dvec3(some.voxel)).x / double(some.value);
+    bounds.add(color);
+  }
+  return bounds;
+}
+
+/// The hue of colours that are one dark one everywhere: as an albedo it would leave the smoke
+/// black, which no simulation means. Unset: they are not.
+std::optional<glm::dvec3> dark_hue(const MediumFields& fields) {
+  constexpr double dark = 0.5, rounding = 0.02;
+  if (fields.albedo.empty()) return {};
+  const Field& first = *fields.albedo.front();
+  if (fields.albedo.size() == 1 && first.channels != 3) return {};
+  const auto [least, greatest] = fields.albedo.size() == 1 ? bounds_of(first) : bounds_of(fields);
+  const double most = std::max({greatest.x, greatest.y, greatest.z});
+  const glm::dvec3 spread = greatest - least;
+  if (!(most > 0 && most < dark) || !(std::max({spread.x, spread.y, spread.z}) <= rounding * most))
+    return {};
+  return greatest / most;
 }
 
 /// A file's colours are what its smoke scatters.
 void choose_albedo(Choosing& all) {
   const VdbFile& file = all.fields.file();
   if (!all.scene.albedo_grid.empty() || !all.scene.lit()) return;
-  for (const char* name : {"Cd", "albedo", "color", "colour", "diffuse"}) {
+  for (const char* word : color_words) {
+    const std::string whole = grid_saying(file, word, 3), name = whole.empty() ? word : whole;
     const std::vector<std::string> grids = albedo_grids(file, name);
     const bool colored = std::ranges::any_of(
         grids, [&](const std::string& grid) { return file.content(grid).nothing.empty(); });
     if (!colored || (grids.size() == 1 && file.channels(name) != 3)) continue;
     all.view.reset();
     all.scene.albedo_grid = name;
+    if (is_given(all.asked, "albedo")) return;
+    if (const auto hue = dark_hue(all.fields.of(all.scene))) {
+      all.scene.albedo_grid.clear();
+      all.scene.albedo = *hue;
+    }
     return;
   }
 }
@@ -157,9 +222,8 @@ constexpr Choice choices[] = {{"range", choose_range},           {"outside", cho
                               {"albedo-grid", choose_albedo},    {"brightness", choose_brightness},
                               {"contrast", choose_contrast}};
 
-constexpr const char* glowing_names[] = {"flame", "flames", "fire", "temperature",
-                                         "heat",  "temp",   "fuel"};
-constexpr std::size_t flames = 3;
+constexpr const char* glowing_words[] = {"flame", "fire", "temperature", "heat", "temp", "fuel"};
+constexpr std::size_t flames = 2;
 constexpr double coldest = 800, hottest = 2300;  // of what glows [kelvin]
 /// Heat above this is in kelvin.
 constexpr double least_kelvin = 200;
@@ -207,14 +271,17 @@ void choose(const std::string& name, Choosing& all) {
   std::ranges::find(choices, name, &Choice::name)->make(all);
 }
 
-std::span<const char* const> flame_names(bool hot) {
-  return std::span(glowing_names).first(hot ? std::size(glowing_names) : flames);
+std::string flame_grid(const VdbFile& file) {
+  for (const char* word : std::span(glowing_words).first(flames))
+    if (std::string grid = grid_saying(file, word, 1); !grid.empty()) return grid;
+  return {};
 }
 
 Flame find_flame(const VdbFile& file, const std::string& density) {
-  for (const std::string grid : flame_names(true)) {
-    const bool burns = std::ranges::count(flame_names(false), grid) > 0;
-    if ((grid == density && !burns) || file.channels(grid) != 1) continue;
+  for (std::size_t n = 0; n < std::size(glowing_words); ++n) {
+    const std::string grid = grid_saying(file, glowing_words[n], 1);
+    const bool burns = n < flames;
+    if (grid.empty() || (grid == density && !burns)) continue;
     // what burns has a flame there
     if (!burns && file.z_up().find("Blender") != std::string::npos) return {};
     const Field field = file.read(grid, {.role = GridRole::data, .empty = true});

@@ -5,7 +5,6 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -59,8 +58,8 @@ struct Flame {
   bool kelvin = false;  ///< its values are temperatures, at which bodies glow
 };
 
-/// Names of grids of flames; `hot`: and, after them, of heat, which may only drive a smoke.
-std::span<const char* const> flame_names(bool hot);
+/// The file's grid of a flame, by its name; empty if it has none.
+std::string flame_grid(const VdbFile& file);
 
 /// What glows beside a file's density: its flame, if it has a grid of that name; else its heat.
 /// Nothing glows where no value is above 0.

@@ -12,6 +12,7 @@
 #include "medium/map_field.h"
 #include "psivox/error.h"
 #include "scene/color.h"
+#include "vdb/grid_names.h"
 
 namespace psivox {
 namespace {
@@ -77,10 +78,9 @@ void set_function(const std::shared_ptr<const TransferFunction>& function,
 }  // namespace
 
 bool names_colors(const std::string& grid) {
-  const std::string name = lower_case(grid.substr(0, grid.find('[')));
-  constexpr const char* names[] = {"cd", "rgb", "albedo", "diffuse"};
-  return name.find("color") != name.npos || name.find("colour") != name.npos ||
-         std::ranges::count(names, name) > 0;
+  const std::vector<std::string> words = name_words(grid);
+  const auto has = [&](const char* word) { return std::ranges::count(words, word) > 0; };
+  return has("rgb") || std::ranges::any_of(color_words, has);
 }
 
 Field linear_colors(Field colors) {
@@ -112,8 +112,11 @@ Field black_bodies(const Scene& scene, const Field& temperature) {
   if (hottest < draper_point)
     luminance.notices.push_back(
         formatted("grid '%s': its hottest voxel has %.4g K, and black bodies glow from about 800 K "
-                  "on; --temperature-scale gives Kelvin per unit of its values",
-                  temperature.name.c_str(), hottest));
+                  "on%s",
+                  temperature.name.c_str(), hottest,
+                  scene.given.contains("temperature-scale")
+                      ? ""
+                      : "; --temperature-scale gives Kelvin per unit of its values"));
   return luminance;
 }
 

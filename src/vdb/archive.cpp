@@ -21,7 +21,9 @@ void refuse_foreign(FileBlocks& file) {
   const std::string_view head(first.bytes.get(), std::size_t(first.size));
   if (head.starts_with(magic)) return;
   const std::string format = foreign_format(file.path(), head);
-  const std::string unknown = head.empty() ? "is empty" : "is not a VDB file";
+  const std::string unknown =
+      head.empty() ? "is empty"
+                   : "begins as no volume that psivox reads: .vdb, .nvdb, NIfTI or NRRD";
   throw Error(ExitCode::input, file.path() + ": " + (format.empty() ? unknown : format));
 }
 
@@ -75,6 +77,8 @@ void Archive::read_directory() {
       if (entry.type.empty()) return;
       entry.problem = "cannot be read: " + explain(e);
       entries_.push_back(std::move(entry));
+      // what psivox does not know is there; where the grids behind it are is not known
+      if (!dynamic_cast<const std::ios_base::failure*>(&e)) lost_ = 0;
       return;
     }
     const bool end_is_known =
@@ -187,16 +191,18 @@ std::unique_ptr<FileGrid> Archive::open(const GridEntry& entry, bool marked) {
   return open_archive_grid(*this, entry, file_, marked);
 }
 
-MetadataText Archive::metadata_of(const GridEntry& entry) {
-  if (!entry.problem.empty()) return {};
+EntryHead Archive::entry_head(const GridEntry& entry) {
+  EntryHead head;
+  if (!entry.problem.empty()) return head;
   try {
     stream_.clear();
     stream_.seekg(entry.begin);
     if (!is_old()) take<std::uint32_t>(stream_);  // its compression
-    return read_metadata(stream_);
+    head.metadata = read_metadata(stream_);
+    if (!is_old()) head.place = place_in(head.metadata, read_transform(stream_));
   } catch (const std::exception&) {  // reading the grid says what is wrong with it
-    return {};
   }
+  return head;
 }
 
 }  // namespace psivox::vdb

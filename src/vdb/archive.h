@@ -37,7 +37,7 @@ class Archive final : public GridFile {
   /// Throws Error(input) if the file is no .vdb, or ends within its first directory entry.
   explicit Archive(std::shared_ptr<FileBlocks> file, Progress progress = {});
 
-  MetadataText metadata_of(const GridEntry& entry) override;
+  EntryHead entry_head(const GridEntry& entry) override;
   std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked) override;
 
   /// Reads what stands before the entry's tree, at which the stream is then. A tree that grids

@@ -227,6 +227,7 @@ class PointReader {
   std::int64_t read(const TakeCounts& take_counts) {
     constexpr int passes_beside = 4;  // two for each attribute, and these
     const int passes = take<std::uint16_t>(stream_);
+    if (leaves_ == 0) return 0;
     if (passes < passes_beside) throw std::runtime_error("its points have too few parts");
     skip(leaves_ * sizeof(std::uint16_t));
     read_descriptions();

@@ -28,6 +28,11 @@ struct GridEntry {
   std::string problem{};            ///< why it cannot be read; else empty
 };
 
+struct EntryHead {
+  MetadataText metadata{};
+  GridPlace place{};
+};
+
 /// A message for the user, in one line, about an exception from a library or the stream.
 std::string explain(const std::exception& e);
 
@@ -51,8 +56,8 @@ class GridFile {
   /// The file's own metadata.
   const MetadataText& metadata() const { return file_metadata_; }
 
-  /// The entry's metadata, without its tree; empty if it cannot be read.
-  virtual MetadataText metadata_of(const GridEntry& entry) = 0;
+  /// What stands before the entry's tree; nothing of what cannot be read.
+  virtual EntryHead entry_head(const GridEntry& entry) = 0;
 
   /// Reads head and topology of a grid, which must not outlive this. `marked`: the grid is a scalar
   /// that is 1 at active voxels, in place of its values. A mask always is. Throws Error(input).

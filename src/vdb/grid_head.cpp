@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdio>
+#include <glm/geometric.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 
 #include "base/text.h"
 #include "field/index_space.h"
@@ -65,6 +68,13 @@ std::string text_of(const std::string& type, const std::string& value) {
   list(known->rows,
        [&] { list(known->numbers, [&] { take_number(bytes, known->number, text); }); });
   return text.str();
+}
+
+/// A vector of integers in metadata; false if there is none of that name.
+bool take_vector(const MetadataText& metadata, const char* name, glm::ivec3& v) {
+  const auto found = metadata.find(name);
+  return found != metadata.end() &&
+         std::sscanf(found->second.c_str(), "[%d, %d, %d]", &v.x, &v.y, &v.z) == 3;
 }
 
 /// Reads a transform of a known type without a frustum.
@@ -165,6 +175,23 @@ std::string_view class_in(const MetadataText& metadata) {
   for (const std::string_view known : {level_set_class, staggered_class, fog_class})
     if (text == known) return known;
   return unknown_class;
+}
+
+GridPlace place_in(const MetadataText& metadata, const Transform& transform) {
+  GridPlace place;
+  take_vector(metadata, "file_base_resolution", place.domain);
+  if (!transform.is_linear()) return place;
+  const glm::dmat3 axes(transform.world_from_index);
+  place.voxel_size = std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
+  Box box;
+  const auto count = metadata.find("file_voxel_count");
+  place.known = count != metadata.end() && read_number(count->second, place.voxels) &&
+                take_vector(metadata, "file_bbox_min", box.min) &&
+                take_vector(metadata, "file_bbox_max", box.max) &&
+                (place.voxels == 0 || !box.empty());
+  if (place.known && place.voxels > 0)
+    std::tie(place.world_min, place.world_max) = bounds_of(box, transform.world_from_index);
+  return place;
 }
 
 bool is_level_set(const GridHead& head, const GridSummary& summary) {

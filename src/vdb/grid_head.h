@@ -8,6 +8,7 @@
 #include <string>
 #include <string_view>
 
+#include "psivox/vdb.h"
 #include "values.h"
 
 namespace psivox::vdb {
@@ -41,6 +42,9 @@ inline constexpr std::string_view level_set_class = "level set", staggered_class
                                   fog_class = "fog volume", unknown_class = "unknown";
 /// The class that metadata tell.
 std::string_view class_in(const MetadataText& metadata);
+
+/// The place of a grid by what its writer has noted: OpenVDB's statistics of the file.
+GridPlace place_in(const MetadataText& metadata, const Transform& transform);
 
 /// A grid without its tree.
 struct GridHead {

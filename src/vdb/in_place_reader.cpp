@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "archive.h"
+#include "field/index_space.h"
 #include "field/value_range.h"
 #include "reader.h"
 #include "scan/scan.h"
@@ -154,10 +155,11 @@ class InPlaceReader final : public Reader {
       for (const GridEntry& entry : grids.entries()) {
         const std::string& type = entry.type;
         names.push_back(entry.base_name);
-        metadata.push_back(grids.metadata_of(entry));
+        EntryHead head = grids.entry_head(entry);
         facts.grids.push_back({entry.name, names.back(),
                                entry.problem.empty() ? channels_of(type) : 0, value_type_of(type),
-                               std::string(class_in(metadata.back()))});
+                               std::string(class_in(head.metadata)), head.place});
+        metadata.push_back(std::move(head.metadata));
       }
       facts.z_up = evidence_of_z_up(facts.metadata, names, metadata);
       return facts;

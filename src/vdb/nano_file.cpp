@@ -74,6 +74,7 @@ struct StoredGrid {
   std::uint64_t at = 0;      ///< its place in the file [bytes]
   std::uint32_t type = 0, grid_class = 0;
   std::uint16_t codec = 0;
+  GridPlace place{};
 };
 
 /// An enumeration of a file, which can have any value.
@@ -137,8 +138,8 @@ class NanoFile final : public GridFile {
     name_entries();
   }
 
-  MetadataText metadata_of(const GridEntry& entry) override {
-    return {{"class", std::string(nano_class(stored(entry).grid_class))}};
+  EntryHead entry_head(const GridEntry& entry) override {
+    return {{{"class", std::string(nano_class(stored(entry).grid_class))}}, stored(entry).place};
   }
 
   std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked) override {
@@ -189,7 +190,14 @@ class NanoFile final : public GridFile {
       throw std::runtime_error("a name has an impossible length");
     std::string name(entry.name_length, '\0');
     stream_.read(name.data(), std::streamsize(name.size()));
-    add_entry(std::move(name), {entry.memory, entry.bytes, 0, entry.type, entry.grid_class, codec});
+    const auto& box = entry.world_box;
+    const GridPlace place{entry.active_voxels,
+                          true,
+                          {box[0], box[1], box[2]},
+                          {box[3], box[4], box[5]},
+                          *std::ranges::min_element(entry.voxel_size)};
+    add_entry(std::move(name),
+              {entry.memory, entry.bytes, 0, entry.type, entry.grid_class, codec, place});
   }
 
   /// The name may end before its text.

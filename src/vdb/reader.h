@@ -20,6 +20,7 @@ struct GridFacts {
   std::string base_name;  ///< as the file has it: names may repeat
   int channels = 0;       ///< 0 if the grid cannot be read
   std::string value_type, grid_class;
+  GridPlace place{};
 };
 
 /// What a file tells without its grids being read.

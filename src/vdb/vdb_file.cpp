@@ -1,8 +1,10 @@
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,37 +14,60 @@
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "reader.h"
-#include "scan/scan.h"
 #include "trees.h"
+#include "vdb/grid_head.h"
+#include "vdb/grid_names.h"
+#include "vdb/joined_vectors.h"
+#include "vdb/shared_reader.h"
 
 namespace psivox {
 
 struct VdbFile::Impl {
-  Impl(const FrameOfFile& one, Progress progress)
-      : file(std::make_shared<FileBlocks>(one.file)), frame(one.frame) {
-    std::shared_ptr<FileBlocks> data;
-    if (const std::string beside = scan::data_path(*file); !beside.empty())
-      data = std::make_shared<FileBlocks>(beside);
-    reader = vdb::open_guarded_reader(file, data, progress);
-    if (!reader) reader = vdb::open_reader(file, data, std::move(progress));
+  Impl(const FrameOfFile& one, Progress own_progress)
+      : shared(vdb::reader_of(one, own_progress)),
+        file(shared->file),
+        frame(one.frame),
+        progress(std::move(own_progress)),
+        reader(shared, shared->reader.get()) {
     take_facts();
   }
   explicit Impl(std::unique_ptr<vdb::Reader> given) : reader(std::move(given)) { take_facts(); }
 
   std::string path() const { return file ? file->path() : "grids in memory"; }
 
-  std::shared_ptr<FileBlocks> file;  ///< shared with the readers of fields; null: no file
-  std::string frame;                 ///< to which the file is narrowed, see FrameOfFile
-  std::unique_ptr<vdb::Reader> reader;
+  Field read(const std::string& grid, const ReadOptions& options) {
+    if (frame.empty()) return reader->read(grid, options);
+    const vdb::Turn turn(*shared, progress);
+    return reader->read(grid, options);
+  }
+
+  std::shared_ptr<vdb::SharedReader> shared;  ///< null: no file
+  std::shared_ptr<FileBlocks> file;           ///< shared with the readers of fields; null: no file
+  std::string frame;                          ///< to which the file is narrowed, see FrameOfFile
+  Progress progress;                          ///< of a frame
+  std::shared_ptr<vdb::Reader> reader;
   vdb::FileFacts facts;
   std::vector<std::string> names;
-  std::mutex mutex;                             ///< of what follows
-  std::map<std::string, GridContent> contents;  ///< of grids that were asked for
+  std::map<std::string, vdb::Components> vectors;  ///< that grids are the components of
+  std::mutex mutex;                                ///< of what follows
+  std::map<std::string, GridContent> contents;     ///< of grids that were asked for
 
   void take_facts() {
     facts = reader->facts();
     if (!frame.empty()) take_frame();
-    for (const vdb::GridFacts& grid : facts.grids) names.push_back(grid.name);
+    vectors = vdb::vectors_of(facts.grids);
+    for (const vdb::GridFacts& grid : facts.grids)
+      if (!is_component(grid)) names.push_back(grid.name);
+    for (const auto& [vector, components] : vectors) {
+      names.push_back(vector);
+      facts.grids.push_back({vector, vector, 3, "vec3s", std::string(vdb::unknown_class)});
+    }
+  }
+  /// Whether the grid is one of a vector's three: drawn only if it is named.
+  bool is_component(const vdb::GridFacts& grid) const {
+    return std::ranges::any_of(vectors, [&](const auto& vector) {
+      return std::ranges::count(vector.second, grid.name) > 0;
+    });
   }
   /// Leaves the one grid of the frame, under its plain name.
   void take_frame() {
@@ -87,25 +112,34 @@ struct VdbFile::Impl {
 
 namespace {
 
-/// Names of densities, of scans, and then of what burns or is hot, the best first.
-constexpr std::array known_names{"density",     "fog",  "smoke", "cloud", "clouds", "soot", "image",
-                                 "temperature", "temp", "heat",  "flame", "flames", "fire"};
+/// Words for scans, and then for what burns or is hot, after density_words; the best first.
+constexpr std::array further_words{"image", "temperature", "temp", "heat", "flame", "fire"};
+/// Ranks of grids whose names say none of these words begin here.
+constexpr std::size_t unknown = 2 * (density_words.size() + further_words.size());
+constexpr std::size_t of_solver = unknown + 7;
 
 /// Names of the surface among a liquid's level sets, whose others are its obstacles.
 constexpr std::array surface_names{"phi", "surface", "sdf", "distance"};
 
 /// Place of a grid in the order in which default_grid prefers grids, which others may share.
 std::size_t rank_of(const vdb::GridFacts& grid) {
+  std::size_t rank = 0;
+  for (const auto& words :
+       {std::span<const char* const>(density_words), std::span<const char* const>(further_words)})
+    for (const char* word : words) {
+      if (const Saying how = saying(grid.base_name, word); how != Saying::not_at_all)
+        return rank + (how == Saying::whole ? 0 : 1);
+      rank += 2;
+    }
   const std::string name = lower_case(grid.base_name);
-  const auto known = std::ranges::find(known_names, name);
-  const std::size_t unknown = known_names.size();
-  if (known != known_names.end()) return std::size_t(known - known_names.begin());
+  const bool surface = std::ranges::count(surface_names, name) > 0;
+  if (is_of_solver(name) && !(surface && grid.grid_class == "level set")) return of_solver;
   if (grid.value_type == "mask") return unknown + 6;
   if (grid.channels == 3) return unknown + 5;
   if (grid.value_type == "points") return unknown + 4;
   if (grid.grid_class == "fog volume") return unknown;
   if (grid.grid_class != "level set") return unknown + 3;
-  return std::ranges::count(surface_names, name) ? unknown + 1 : unknown + 2;
+  return surface ? unknown + 1 : unknown + 2;
 }
 
 }  // namespace
@@ -118,6 +152,11 @@ FrameOfFile frame_of_file(const std::string& path) {
   const std::string_view number = std::string_view(path).substr(open + 1, path.size() - open - 2);
   if (number.empty() || number.find_first_not_of("0123456789") != number.npos) return {path, ""};
   return {path.substr(0, open), path.substr(open)};
+}
+
+std::shared_ptr<const VdbFile> file_of_frame(const std::string& path) {
+  const FrameOfFile one = frame_of_file(path);
+  return one.frame.empty() ? nullptr : std::make_shared<const VdbFile>(one.file);
 }
 
 VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
@@ -154,11 +193,32 @@ const std::string& VdbFile::z_up() const { return impl_->facts.z_up; }
 
 void VdbFile::check_whole() const {
   const int lost = impl_->facts.lost;
-  if (lost > 0)
-    throw Error(ExitCode::input,
-                impl_->path() + formatted(": is cut short: %d grid%s not whole; --look smoke draws "
-                                          "what is there",
-                                          lost, lost == 1 ? " is" : "s are"));
+  if (lost == 0) return;
+  const bool some = std::ranges::any_of(
+      impl_->facts.grids, [](const vdb::GridFacts& grid) { return grid.channels > 0; });
+  throw Error(ExitCode::input, impl_->path() +
+                                   formatted(": is cut short: %d grid%s not whole", lost,
+                                             lost == 1 ? " is" : "s are") +
+                                   (some ? "; --look smoke draws what is there" : ""));
+}
+
+bool VdbFile::known_to_be_empty(const std::string& grid) const {
+  const GridPlace in_header = place(grid);
+  if (in_header.known && in_header.voxels == 0) return true;
+  const std::lock_guard lock(impl_->mutex);
+  const auto known = impl_->contents.find(grid);
+  return known != impl_->contents.end() && !known->second.nothing.empty();
+}
+
+GridPlace VdbFile::place(const std::string& grid) const {
+  GridPlace place = impl_->known(grid).place;
+  constexpr double most = 1e75;  // as of a transform
+  const auto possible = [](const glm::dvec3& v) {
+    return std::abs(v.x) <= most && std::abs(v.y) <= most && std::abs(v.z) <= most;
+  };
+  place.known &= possible(place.world_min) && possible(place.world_max);
+  if (!(place.voxel_size > 0 && place.voxel_size <= most)) place.voxel_size = 0;
+  return place;
 }
 
 std::vector<GridInfo> VdbFile::info(bool values) const {
@@ -169,6 +229,12 @@ std::vector<GridInfo> VdbFile::info(bool values) const {
 }
 
 GridContent VdbFile::content(const std::string& grid) const {
+  if (const auto vector = impl_->vectors.find(grid); vector != impl_->vectors.end()) {
+    GridContent all = content(vector->second[0]);
+    for (const std::string& component : vector->second)
+      if (const GridContent one = content(component); one.nothing.empty()) all = one;
+    return all;
+  }
   const std::lock_guard lock(impl_->mutex);
   if (const auto known = impl_->contents.find(grid); known != impl_->contents.end())
     return known->second;
@@ -188,8 +254,19 @@ std::string VdbFile::default_grid(bool empty) const {
   if (all.size() == 1) return all.front().name;
   std::map<std::size_t, std::vector<const vdb::GridFacts*>> groups;
   for (const vdb::GridFacts& grid : all)
-    if (grid.channels > 0) groups[rank_of(grid)].push_back(&grid);
+    if (grid.channels > 0 && !impl_->is_component(grid)) groups[rank_of(grid)].push_back(&grid);
+  // Beside a density, even one that is still empty, a solver's own grids are none to draw.
+  // Blender's caches hold many of them.
+  const bool has_density = !groups.empty() && groups.begin()->first < 2 * density_words.size();
+  const std::size_t drawn = !has_density                            ? of_solver + 1
+                            : z_up().find("Blender") != z_up().npos ? unknown
+                                                                    : of_solver;
+  bool rests = false;
   for (const auto& [group, grids] : groups) {
+    if (group >= drawn) {
+      rests = true;
+      break;
+    }
     const vdb::GridFacts* best = nullptr;
     std::uint64_t most = 0;
     for (const vdb::GridFacts* grid : grids) {
@@ -197,11 +274,12 @@ std::string VdbFile::default_grid(bool empty) const {
       if (!held.nothing.empty() || held.active_voxels <= most) continue;
       best = grid;
       most = held.active_voxels;
-      if (group < known_names.size()) break;  // of a known name it is the first
+      if (group < unknown && group % 2 == 0) break;  // of a known name it is the first
     }
     if (best) return impl_->short_name(*best);
   }
-  if (empty && !groups.empty()) return impl_->short_name(*groups.begin()->second.front());
+  if ((empty || rests) && !groups.empty())
+    return impl_->short_name(*groups.begin()->second.front());
   std::string message = impl_->path() + ": has nothing to draw";
   for (const std::string& name : names())
     message +=
@@ -210,6 +288,17 @@ std::string VdbFile::default_grid(bool empty) const {
 }
 
 Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
+  if (const auto vector = impl_->vectors.find(grid); vector != impl_->vectors.end()) {
+    ReadOptions whole = options;
+    whole.empty = true;
+    whole.memory = 0;
+    whole.in_file = false;
+    whole.percentiles.clear();
+    if (!options.active) whole.role = GridRole::data;
+    std::array<Field, 3> components;
+    for (std::size_t c = 0; c < 3; ++c) components[c] = read(vector->second[c], whole);
+    return options.active ? components[0] : vdb::joined_vectors(grid, components);
+  }
   if (options.empty && !impl_->find(grid)) {
     check_whole();
     Field nothing;
@@ -220,14 +309,17 @@ Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
     return nothing;
   }
   const std::string in_reader = impl_->in_reader(grid);
-  Field field = impl_->reader->read(in_reader, options);
+  Field field = impl_->read(in_reader, options);
   if (!impl_->frame.empty()) {
     field.name = grid;
   } else if (in_reader != grid && !grid.empty()) {
     const auto same = std::ranges::count(impl_->facts.grids, grid, &vdb::GridFacts::base_name);
-    field.notices.insert(field.notices.begin(), "grid '" + grid + "': " + std::to_string(same) +
-                                                    " grids have this name; took '" + in_reader +
-                                                    "'");
+    const std::string count = std::to_string(same), last = std::to_string(same - 1);
+    field.notices.insert(
+        field.notices.begin(),
+        metadata().contains("frames")
+            ? "the first of " + count + " frames; --frames 0-" + last + " draws all of them"
+            : "grid '" + grid + "': " + count + " grids have this name; took '" + in_reader + "'");
   }
   if (impl_->file && !field.reader)
     field.origin = std::make_shared<const FieldOrigin>(
