@@ -5,7 +5,7 @@
 DERIVED(bool, constant_luminance, luminance_source == SOURCE_CONSTANT)
 DERIVED(bool, own_luminance, luminance_source == SOURCE_SCALAR || luminance_source == SOURCE_VECTOR)
 DERIVED(bool, beside_density, own_luminance && paired && !template_sampling)
-DERIVED(bool, tracks_luminance, own_luminance && !beside_density)
+DERIVED(bool, tracks_luminance, own_luminance && !beside_density && shows != SHOWS_surface)
 DERIVED(bool, has_emission, emission_channels > 0)
 DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || luminance_source == SOURCE_TRANSFER)
 DERIVED(bool, adds_glow, has_emission || others_shine)

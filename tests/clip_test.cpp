@@ -156,6 +156,28 @@ TEST(Slice, IsTransparentOutsideAndHasADefault) {
   EXPECT_EQ(image.rgba()[4 * (16 * 32 + 16) + 3], 1);
 }
 
+TEST(Slice, EndsAtTheOutermostVoxels) {
+  for (const int depth : {15, 0}) {  // a single layer has no inside
+    const Field field =
+        make_field({{0, 0, 0}, {15, 15, depth}}, [](const glm::ivec3&) { return 1000.0f; });
+    Scene scene = looking(small_scene(32), {7.5, 7.5, 50}, {7.5, 7.5, 0}, 20.0);
+    scene.mode = Mode::slice;
+    scene.extinction.reset();
+    scene.colormap = Colormap::gray;
+    scene.range = glm::dvec2(900, 1100);
+    set_parameter(scene, "slice", "z=" + std::to_string(depth / 2));
+    const Image image = Session(view_of(scene, field)).draw(*open_double()).image;
+    const double middle = colormap_function(Colormap::gray, 900, 1100, 0, 2000).at(1000).color.x;
+    int opaque = 0;
+    for (std::size_t i = 0; i < image.rgba().size(); i += 4) {
+      if (image.rgba()[i + 3] == 0) continue;
+      ++opaque;
+      EXPECT_NEAR(image.rgba()[i], middle, 1e-6);
+    }
+    EXPECT_EQ(opaque, 24 * 24) << "pixels of 0.625 voxels, 15 voxels wide";
+  }
+}
+
 TEST(Slice, IsSeenFaceOn) {
   for (const char* plane : {"x", "y=3", "1,1,0", "0,0,5,-1,2,3"}) {
     Scene scene = small_scene(32);

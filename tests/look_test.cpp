@@ -50,6 +50,15 @@ TEST(Look, IsOpenUnlessTheSceneSaysHowTheMediumShines) {
                            "light=0,-1,0", "sky=1,1,1", "colormap=viridis", "mode=isosurface",
                            "mode=mip", "mode=back-to-front", "background=0,0,0", "emission-grid=e"})
     EXPECT_TRUE(leaves_open(open)) << open;
+  // what says how a medium shines is the colour of a surface, whose lamps stay
+  for (const char* colors : {"luminance", "luminance-grid", "temperature-grid"}) {
+    Scene given;
+    set_parameter(given, "isovalue", "0.5");
+    set_parameter(given, colors, colors == std::string("luminance") ? "1,0,0" : "heat");
+    EXPECT_TRUE(leaves_look_open(given)) << colors;
+    EXPECT_TRUE(leaves_to_look(given, "light")) << colors;
+    EXPECT_FALSE(leaves_to_look(given, "luminance")) << colors;
+  }
   for (const char* shines : {"luminance=1,1,1", "luminance-grid=l", "temperature-grid=t",
                              "transfer-function=f.json", "mode=slice", "look=plain"})
     EXPECT_FALSE(leaves_open(shines)) << shines;

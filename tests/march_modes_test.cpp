@@ -1,10 +1,13 @@
 // Modes other than alpha: compares the march in double with the reference, the GPU with the march
 // in double, and the layer `depth` with the place that is seen.
 
+#include <cmath>
+#include <glm/gtc/matrix_transform.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 
 #include "march_cases.h"
+#include "medium/map_field.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -220,6 +223,31 @@ TEST_F(MarchModes, SurfacesOnTheGpuAreTheMarchInDouble) {
     const Image lit = double_picture(view);
     EXPECT_LE(difference("lit, double", lit, render_reference(view).image).rms, 1e-6);
     expect_shades(gl_picture(view), lit);
+  }
+}
+
+TEST_F(MarchModes, SurfacesHaveTheColoursOfAGrid) {
+  const auto wave = [](const glm::ivec3& v) {
+    return 0.5f + 0.4f * std::sin(0.3f * float(v.x + 2 * v.y - v.z));
+  };
+  // on a lattice of its own, all around the density
+  const glm::dmat4 tilted =
+      glm::scale(glm::rotate(glm::dmat4(1), 0.5, glm::dvec3(1, 2, 3)), glm::dvec3(1.3, 1.1, 1.2));
+  const Field scalar = make_field({{-40, -40, -40}, {60, 60, 60}}, wave, tilted);
+  for (const bool vectors : {false, true}) {
+    View view = mode_view(perspective(), mixed(), Mode::isosurface);
+    const Image plain = double_picture(view);
+    view.scene.lights = {{{-1, -2, 0.5}, {1, 1, 1}}};
+    view.medium.source = vectors ? LuminanceSource::vector : LuminanceSource::scalar;
+    view.medium.luminance = std::make_shared<const Field>(
+        vectors
+            ? map_field(scalar, 3, [](const glm::vec3& v) { return glm::vec3(v.x, 1 - v.x, 0.5f); })
+            : scalar);
+    const Image image = double_picture(view);
+    // as accurate as the places of the surface: the grid's slope is below 1 over a voxel
+    EXPECT_LE(difference("colours", image, render_reference(view).image).rms, 2e-6);
+    EXPECT_GT(compare_images(image, plain).rms, 0.05);
+    expect_shades(gl_picture(view), image);
   }
 }
 

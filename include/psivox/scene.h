@@ -218,7 +218,7 @@ struct Scene {
   }
   bool has_function() const { return !transfer_function.empty() || windows(); }
   /// Whether segments are composited. If not, the picture depends on the density's values alone and
-  /// ignores other grids and light.
+  /// ignores other grids and light; a surface has colours from the luminance's grid, and lights.
   bool composites() const { return shows(Shows::light); }
   /// Whether the picture depends on optical depths and so on the extinction.
   bool attenuates() const { return composites() || shows(Shows::depth); }
@@ -234,6 +234,7 @@ struct Scene {
   }
   /// Whether a grid or a function of luminance changes the picture.
   bool shines() const {
+    if (shows(Shows::surface)) return resolved_luminance() != glm::dvec3(0);
     return composites() && has_extinction() && (lit() || resolved_luminance() != glm::dvec3(0));
   }
   /// Whether sRGB codes and the window show light through a view of OpenColorIO: only if a scene

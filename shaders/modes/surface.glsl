@@ -67,9 +67,19 @@ real3 shade(IN(March) m, Ray ray, Pixel p) {
   return real3(real(0.2)) + light * real(0.8);
 }
 
-real4 surface_picture(IN(March) m, Ray ray, Pixel p) {
-  if (m.half_depth >= NEVER) return real4(real(0.0));
+// The colour where the ray hits the surface: of the isovalue, or of the luminance's grid there.
+real3 surface_color(IN(March) m) {
   real3 shown = color;
   if (luminance_source == SOURCE_TRANSFER) shown = color * classify(isovalue).color;
+  if (own_luminance) {
+    Track track = Track(m.luminance.ray, seek_node(luminance_grid, m.luminance, m.half_depth));
+    shown = color * sample_grid(luminance_grid, luminance_source == SOURCE_VECTOR ? 3 : 1, track, m.half_depth);
+  }
+  return shown;
+}
+
+real4 surface_picture(IN(March) m, Ray ray, Pixel p) {
+  if (m.half_depth >= NEVER) return real4(real(0.0));
+  real3 shown = surface_color(m);
   return real4(shown * shade(m, ray, p), real(1.0));
 }

@@ -1,8 +1,11 @@
 #include "psivox/open.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <glm/geometric.hpp>
+#include <glm/trigonometric.hpp>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <system_error>
@@ -17,6 +20,7 @@
 #include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "vdb/grid_names.h"
 
 namespace psivox {
 namespace {
@@ -125,11 +129,6 @@ bool is_level_set(Scene scene, KeptFields& fields) {
   return fields.of(scene).density->half_width > 0;
 }
 
-bool is_any_of(std::string name, std::initializer_list<const char*> names) {
-  name = lower_case(name.substr(0, name.find('[')));
-  return std::ranges::find(names, name) != names.end();
-}
-
 /// The name of the look that suits vectors, or one of their components.
 std::string look_of_vectors(const Scene& scene, const VectorPart& part, KeptFields& fields) {
   const bool by_value = gives_any(scene, {"colormap", "range", "opacity"});
@@ -172,8 +171,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
                                        : !fields.flame(scene).grid.empty())
     return "fire";
-  const bool known_fog =
-      grid_class == "fog volume" && is_any_of(grid, {"density", "fog", "smoke", "cloud", "soot"});
+  const bool known_fog = grid_class == "fog volume" && says_density(grid);
   return is_scan(density, known_fog) ? "scan" : "smoke";
 }
 
@@ -209,10 +207,41 @@ void take_open(const Scene& asked, const Scene& look, bool background, Scene& sc
   }
 }
 
+/// Turns the camera to the face of a volume of a single layer of voxels, which is seen edge-on from
+/// elsewhere, unless the scene says where it is.
+void face_layer(const Scene& asked, const MediumFields& fields, Scene& scene) {
+  for (const char* name : {"azimuth", "elevation", "camera-position", "camera-up"})
+    if (is_given(asked, name)) return;
+  const Field& density = *fields.density;
+  const glm::ivec3 size = density.active_box.max - density.active_box.min;
+  const int thin = size.x == 0 ? 0 : size.y == 0 ? 1 : 2;
+  if (size[thin] != 0 || size[(thin + 1) % 3] == 0 || size[(thin + 2) % 3] == 0) return;
+  // its axes in the world of the camera that looks along -z, with y up
+  Subject subject;
+  subject.z_up = fields.z_up;
+  const glm::dvec3 up = up_direction(scene, subject);
+  const glm::dvec3 back = up.z > 0 ? glm::dvec3(0, -1, 0) : glm::dvec3(0, 0, 1);
+  const glm::dmat3 m(placement(scene, density.world_from_index));
+  glm::dvec3 normal = glm::normalize(glm::cross(m[(thin + 1) % 3], m[(thin + 2) % 3]));
+  const glm::dvec3 sides(glm::dot(normal, back), glm::dot(normal, up), normal.x);
+  constexpr double none = 1e-6;
+  const double side = std::abs(sides.x) > none   ? sides.x
+                      : std::abs(sides.y) > none ? sides.y
+                                                 : sides.z;
+  if (side < 0) normal = -normal;
+  const double aside = std::abs(sides.x) > none || std::abs(sides.z) > none
+                           ? std::atan2(normal.x, glm::dot(normal, back))
+                           : 0;
+  scene.azimuth = glm::degrees(aside);
+  scene.elevation = glm::degrees(std::asin(std::clamp(glm::dot(normal, up), -1.0, 1.0)));
+}
+
 std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
                                 const Scene& scene) {
   std::vector<std::string> names;
+  if (file.metadata().contains("frames")) return names;  // reading names the one that is drawn
   for (const std::string& name : file.names()) {
+    if (file.known_to_be_empty(name)) continue;
     bool used = scene.grid == name || scene.grid.starts_with(name + ":");
     const auto is_of = [&](const auto& field) {
       return field && (field->name == name || field->name.starts_with(name + ":"));
@@ -258,13 +287,20 @@ std::vector<std::string> available_looks() {
   return names;
 }
 
+/// Whether what says how the medium shines is the colour of a surface, which keeps its lamps.
+bool is_of_surface(const Scene& scene) { return scene.shows(Shows::surface) || scene.isovalue; }
+
 bool leaves_look_open(const Scene& scene) {
-  return scene.look.empty() && *info(scene.mode).look && !gives_any(scene, parts_of_looks[0].given);
+  return scene.look.empty() && *info(scene.mode).look &&
+         (is_of_surface(scene) || !gives_any(scene, parts_of_looks[0].given));
 }
 
 bool leaves_to_look(const Scene& scene, std::string_view name) {
-  for (const OptionPart& part : parts_of_looks)
-    if (std::ranges::count(part.replaced, name) && gives_any(scene, part.given)) return false;
+  for (const OptionPart& part : parts_of_looks) {
+    const bool kept = &part == parts_of_looks && name == "light" && is_of_surface(scene);
+    if (!kept && std::ranges::count(part.replaced, name) && gives_any(scene, part.given))
+      return false;
+  }
   const Parameter* p = find_parameter(name);
   return !p || !is_given(scene, *p);
 }
@@ -307,6 +343,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
     result.scene.azimuth += 180;
   find_darkness();
   if (result.dark_because.empty()) {
+    if (by_itself) face_layer(scene, fields.of(result.scene), result.scene);
     result.scene.look = "plain";
     Choosing all{scene, fields, result.scene};
     for (const std::string& what : look.choices)

@@ -66,12 +66,12 @@ class Slice {
       : view_(view),
         density_(on_plane(*view.medium.density, view.scene)),
         values_(*density_),
-        domain_(view.medium.density->domain()),
+        box_(view.medium.density->active_box),
         index_from_world_(glm::inverse(view.medium.density->world_from_index)),
         clip_(clip_of(view.scene)),
         plane_(placed_plane(view.scene)) {}
 
-  /// Adds the pixel's ray: opaque where it meets the plane inside the domain and the clip.
+  /// Adds the pixel's ray: opaque where it meets the plane between the voxels and inside the clip.
   void add(const glm::dvec2& pixel, PixelSums& sums) const {
     const WorldRay ray = camera_ray(view_.camera, view_.scene.resolution, pixel.x, pixel.y);
     const double t = glm::dot(plane_.normal, *plane_.point - ray.origin) /
@@ -88,9 +88,12 @@ class Slice {
   }
 
  private:
+  /// In the box of the outermost voxels, beyond which values would fall to 0.
   bool inside(const glm::dvec3& at) const {
+    constexpr double rounding = 1e-6;  // of a plane through voxels, in an array of 2^24 of them
     for (int axis = 0; axis < 3; ++axis)
-      if (!(at[axis] >= domain_.min[axis] && at[axis] <= domain_.max[axis])) return false;
+      if (!(at[axis] >= box_.min[axis] - rounding && at[axis] <= box_.max[axis] + rounding))
+        return false;
     return true;
   }
 
@@ -105,7 +108,7 @@ class Slice {
   const View& view_;
   std::shared_ptr<const Field> density_;
   FieldIndex values_;
-  Box domain_;
+  Box box_;
   glm::dmat4 index_from_world_;
   std::vector<HalfSpace> clip_;
   Plane plane_;
@@ -116,7 +119,11 @@ class Slice {
 View slice_view(View view) {
   const Medium whole = std::move(view.medium);
   view.medium = {};
-  view.medium.density = on_plane(*whole.density, view.scene);
+  Field shown = *on_plane(*whole.density, view.scene);
+  // the march ends where the domain does; a domain without a width has no inside
+  const glm::ivec3 size = shown.active_box.max - shown.active_box.min;
+  if (size.x > 0 && size.y > 0 && size.z > 0) shown.margin = 0;
+  view.medium.density = std::make_shared<const Field>(std::move(shown));
   view.medium.color = whole.color;
   view.medium.transfer = whole.transfer;
   view.medium.nearest = whole.nearest;

@@ -46,10 +46,8 @@ void check_density(const Field& density) {
 /// The fields that the scene's mode uses, with values placed by its centering, in its world.
 MediumFields used_fields(const Scene& scene, const MediumFields& fields) {
   MediumFields used = fields;
-  if (!scene.composites()) {
-    used.luminance = used.temperature = nullptr;
-    used.emission.clear();
-  }
+  if (!scene.shines()) used.luminance = used.temperature = nullptr;
+  if (!scene.composites()) used.emission.clear();
   if (placement(scene, glm::dmat4(1)) == glm::dmat4(1)) return used;
   std::map<std::shared_ptr<const Field>, std::shared_ptr<const Field>> moved{{nullptr, nullptr}};
   std::vector<std::shared_ptr<const Field>*> all{&used.density, &used.drawn, &used.luminance,
@@ -248,7 +246,7 @@ View make_view(const Scene& scene, const VdbFile& file) {
 
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                std::shared_ptr<const Field> luminance) {
-  if (density && !luminance && !scene.luminance_grid.empty() && scene.composites()) {
+  if (density && !luminance && !scene.luminance_grid.empty() && scene.shines()) {
     if (scene.luminance_grid != density->name)
       throw Error(ExitCode::usage, "--luminance-grid " + in_quotes(scene.luminance_grid) +
                                        ": no such field at hand");

@@ -11,6 +11,7 @@
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/enum_names.h"
+#include "vdb/grid_names.h"
 
 namespace psivox {
 namespace {
@@ -135,8 +136,11 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   const bool data =
       scene.has_function() || scene.shows(Shows::surface) || scene.shows(Shows::plane);
   const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
+  // a density that is empty is chosen where other grids are none to draw
+  if (scene.grid.empty() && file.names().size() > 1 && !empty) empty = !file.holds_something(grid);
   SurveyedDensity found = read_density(scene, file, grid, data, empty, parts);
-  if (scene.grid.empty() && file.names().size() > 1 && grid != "density")
+  if (scene.grid.empty() && file.names().size() > 1 && lower_case(grid) != "density" &&
+      !file.metadata().contains("frames"))
     found.field.notices.push_back("grid " + in_quotes(grid) + " of " +
                                   std::to_string(file.names().size()) +
                                   "; --grid NAME chooses another");
@@ -146,7 +150,7 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   }
   fields.density = at_level(scene, std::move(found.field), found.is_coarse);
   if (scene.lod == 0) fields.weights = found.weights;
-  if (!scene.composites()) return fields;
+  if (!scene.composites() && !scene.shines()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values
   // may then be negative. One grid may have two names: `density` is also `density[0]`.
@@ -165,7 +169,7 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   }
   for (const EmissionOptions& emission : emission_options) {
     const std::string& name = scene.*emission.grid;
-    if (name.empty() || !(scene.*emission.scale > 0)) continue;
+    if (name.empty() || !(scene.*emission.scale > 0) || !scene.composites()) continue;
     // an overview would be drawn as it is
     fields.emission.push_back(
         {&emission, fields.drawn
@@ -195,8 +199,15 @@ void read_volumes(const Scene& scene, MediumFields& fields) {
 std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& name) {
   if (file.channels(name) > 0) return {name};
   std::vector<std::string> names;
-  for (const char* channel : {"_r", "_g", "_b"})
-    if (file.channels(name + channel) == 1) names.push_back(name + channel);
+  for (const char* channel : {"r", "g", "b"}) {
+    std::vector<std::string> words = name_words(name);
+    words.emplace_back(channel);
+    for (const std::string& grid : file.names())
+      if (name_words(grid) == words && file.channels(grid) == 1) {
+        names.push_back(grid);
+        break;
+      }
+  }
   return names.size() == 3 ? names : std::vector<std::string>{};
 }
 

@@ -64,11 +64,11 @@ glm::dvec3 shown(const Medium& medium, double value) {
 
 /// The field's trilinear interpolant at a point of its domain, given from the voxel `anchor`.
 double interpolated(BlockCache& cache, const Box& domain, const glm::ivec3& anchor,
-                    const glm::dvec3& at) {
+                    const glm::dvec3& at, int channel = 0) {
   const glm::ivec3 cell =
       glm::clamp(anchor + glm::ivec3(glm::floor(at)), domain.min, domain.max - 1);
   const glm::dvec3 u = at - glm::dvec3(cell - anchor);
-  const std::array<double, 8> corners = cache.at(cell >> 3).corners(cell, 0);
+  const std::array<double, 8> corners = cache.at(cell >> 3).corners(cell, channel);
   double value = 0;
   for (int i = 0; i < 8; ++i) {
     const glm::dvec3 w = glm::mix(1.0 - u, u, glm::dvec3(cube_corner(i)));
@@ -117,6 +117,16 @@ glm::dvec3 shade(const View& view, const glm::dvec3& gradient, const glm::dvec3&
   return 0.2 + 0.8 * light;
 }
 
+/// The luminance of a grid at a place of a ray in it; 0 outside its domain.
+glm::dvec3 luminance_at(BlockCache& cache, const Field& field, const IndexRay& ray, double s) {
+  glm::dvec3 L(0);
+  if (!(s >= ray.s_begin && s <= ray.s_end)) return L;
+  for (int c = 0; c < 3; ++c)
+    L[c] = interpolated(cache, field.domain(), ray.anchor, ray.P + s * ray.D,
+                        field.channels == 3 ? c : 0);
+  return L;
+}
+
 /// Where the values of a stretch first pass through `isovalue`, if they do. `below` remembers the
 /// ray's side, because rounding may lose a passage in a face.
 std::optional<double> first_passage(const Cubic& value, double isovalue,
@@ -138,6 +148,7 @@ RayModes::RayModes(const View& view, const RayMedium& medium, double tolerance)
     : view_(&view), medium_(&medium), integrator_(medium, tolerance), clip_(clip_of(view.scene)) {
   if (view.scene.shows(Shows::value) || view.scene.shows(Shows::surface))
     cache_.emplace(medium.density);
+  if (view.scene.shows(Shows::surface) && medium.luminance) colors_.emplace(*medium.luminance);
 }
 
 RayPicture RayModes::picture(const WorldRay& ray, double end) {
@@ -217,16 +228,20 @@ RayPicture RayModes::surface(const WorldRay& ray) {
     const Cubic value = walk.value();
     const std::optional<double> u = first_passage(value, medium.isovalue, below);
     if (!u) continue;
-    const auto shade_at = [&](double v) {
-      if (!walk.grid.in_cell()) return glm::dvec3(0.2);
-      const glm::dvec3 g = gradient(*cache_, medium.density->domain(), walk.grid.ray(),
-                                    walk.s(std::clamp(v, 0.0, 1.0)));
-      return shade(*view_, g, ray.direction, *below);
-    };
     const glm::dvec3 color =
         medium.source == LuminanceSource::transfer ? shown(medium, medium.isovalue) : medium.color;
-    const glm::dvec3 light = shade_at(*u);
-    result.radiance = color * light;
+    const IndexRay colors =
+        colors_ ? make_index_ray(*medium.luminance, ray, walk.t_middle, -infinity, infinity)
+                : IndexRay();
+    const auto lit_at = [&](double v) {
+      const double s = walk.s(std::clamp(v, 0.0, 1.0));
+      const glm::dvec3 L =
+          colors_ ? color * luminance_at(*colors_, *medium.luminance, colors, s) : color;
+      if (!walk.grid.in_cell()) return 0.2 * L;
+      const glm::dvec3 g = gradient(*cache_, medium.density->domain(), walk.grid.ray(), s);
+      return L * shade(*view_, g, ray.direction, *below);
+    };
+    result.radiance = lit_at(*u);
     result.opacity = 1;
     result.depth = walk.t_middle + walk.s(*u);
     // The root is off by the value's rounding over its slope. The normal is off by its turn over
@@ -239,10 +254,10 @@ RayPicture RayModes::surface(const WorldRay& ray) {
                                   evaluate(value, std::max(0.0, *u - step))) /
                          (2 * step);
     const double off = slope > 0 ? std::min(1.0, rounding / slope) : 1.0;
-    result.error = max_component(glm::abs(color)) *
-                   (max_component(glm::max(glm::abs(shade_at(*u + off) - light),
-                                           glm::abs(shade_at(*u - off) - light))) +
-                    64 * epsilon);
+    result.error = max_component(glm::max(glm::abs(lit_at(*u + off) - result.radiance),
+                                          glm::abs(lit_at(*u - off) - result.radiance))) +
+                   64 * epsilon * max_component(glm::abs(color)) *
+                       std::max(1.0, max_component(result.radiance));
     break;
   }
   result.cells = walk.cells;

@@ -169,8 +169,9 @@ class RayModes {
   const RayMedium* medium_;
   RayIntegrator integrator_;
   std::vector<HalfSpace> clip_;
-  glm::dvec2 part_{0};               ///< of the ray that is drawn: before its end, in the clip
-  std::optional<BlockCache> cache_;  ///< of the density grid, for maxima and surfaces
+  glm::dvec2 part_{0};                ///< of the ray that is drawn: before its end, in the clip
+  std::optional<BlockCache> cache_;   ///< of the density grid, for maxima and surfaces
+  std::optional<BlockCache> colors_;  ///< of the luminance's grid, for surfaces
 };
 
 }  // namespace psivox
