@@ -117,6 +117,12 @@ for make in without_voxels without_grids; do
   grep -q "frame 1: the picture is empty: grid 'density' has no active voxel" printed.txt ||
     fail "an empty frame is not named: $(cat printed.txt)"
 done
+# a notice comes once, with its frames
+mv in/plume.0003.vdb kept.3.vdb
+for frame in 1 3; do without_voxels in/plume.000$frame.vdb; done
+run 0 "frames 1,3: the picture is empty: grid 'density' has no active voxel" $pattern -o out/a.####.png "${small[@]}"
+[ "$(grep -c "is empty" printed.txt)" = 1 ] || fail "a notice of two frames comes twice: $(cat printed.txt)"
+mv kept.3.vdb in/plume.0003.vdb
 mv kept.vdb in/plume.0001.vdb
 
 # --- resume ---------------------------------------------------------------------------------------

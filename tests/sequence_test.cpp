@@ -30,14 +30,14 @@ class Folder {
   fs::path path_ = test::empty_scratch_dir();
 };
 
-std::vector<int> frames_of(const SequenceFiles& files) {
-  std::vector<int> frames;
+std::vector<FrameNumber> frames_of(const SequenceFiles& files) {
+  std::vector<FrameNumber> frames;
   for (const auto& [frame, path] : files) frames.push_back(frame);
   return frames;
 }
 
 TEST(FramePattern, PadsAsItsPlaceholderSays) {
-  const auto path = [](const std::string& text, int frame) {
+  const auto path = [](const std::string& text, FrameNumber frame) {
     return FramePattern::of_placeholder(text)->path(frame);
   };
   EXPECT_EQ(path("a/fire.####.vdb", 7), "a/fire.0007.vdb");
@@ -59,9 +59,11 @@ TEST(FramePattern, FindsNumbersThatItWouldWrite) {
   EXPECT_EQ(pattern.frame_of("fire.1012.vdb"), 1012);
   EXPECT_EQ(pattern.frame_of("fire.-12.vdb"), -12);
   EXPECT_EQ(pattern.path(-12), "fire.-12.vdb");
-  for (const char* other : {"fire.12.vdb", "fire.0012.vdb", "fire.-1.vdb", "fire.012.exr",
-                            "fire..vdb", "fire.1234567890.vdb"})
+  for (const char* other :
+       {"fire.12.vdb", "fire.0012.vdb", "fire.-1.vdb", "fire.012.exr", "fire..vdb"})
     EXPECT_FALSE(pattern.frame_of(other)) << other;
+  EXPECT_EQ(pattern.frame_of("fire.20260131120000.vdb"), 20260131120000) << "a time";
+  EXPECT_EQ(pattern.path(20260131120000), "fire.20260131120000.vdb");
 }
 
 TEST(FramePattern, TheLastNumberOfANameStandsForAny) {
@@ -76,8 +78,8 @@ TEST(FramePattern, TheLastNumberOfANameStandsForAny) {
 }
 
 TEST(Frames, AreReadAndWritten) {
-  EXPECT_EQ(read_frames("1-10x3,20", "--frames"), (std::vector<int>{1, 4, 7, 10, 20}));
-  EXPECT_EQ(read_frames("5", "--frames"), (std::vector<int>{5}));
+  EXPECT_EQ(read_frames("1-10x3,20", "--frames"), (std::vector<FrameNumber>{1, 4, 7, 10, 20}));
+  EXPECT_EQ(read_frames("5", "--frames"), (std::vector<FrameNumber>{5}));
   for (const char* text : {"1-10x3,20", "1-2", "4,6", "1-100", "3", "-3-12", "-10--5"})
     EXPECT_EQ(frames_text(read_frames(text, "--frames")), text);
   for (const char* text : {"", "a", "10-1", "1-", "--5", "1-5x0", "5x2"})
@@ -93,7 +95,8 @@ TEST(SequenceFiles, AreThoseOfAPatternAFolderOrNamed) {
   for (const std::vector<std::string>& inputs :
        {std::vector{folder.path("fire.####.vdb")}, std::vector{folder.path()},
         std::vector{five, nine, one}})
-    EXPECT_EQ(frames_of(sequence_files(inputs).value()), (std::vector<int>{1, 5, 9})) << inputs[0];
+    EXPECT_EQ(frames_of(sequence_files(inputs).value()), (std::vector<FrameNumber>{1, 5, 9}))
+        << inputs[0];
   EXPECT_FALSE(sequence_files(std::vector{one})) << "one file is no sequence";
 
   const std::string other = folder.file("ash.0001.vdb");
@@ -105,12 +108,24 @@ TEST(SequenceFiles, AreThoseOfAPatternAFolderOrNamed) {
   EXPECT_THROW(sequence_files(std::vector{folder.path("ice.####.vdb")}), Error);
 }
 
+TEST(SequenceFiles, AreNotHidden) {
+  Folder folder;
+  // AppleDouble files, as macOS leaves them on other systems' disks
+  for (const char* name : {"fire.0001.vdb", "._fire.0001.vdb", "fire.0002.vdb", ".old.0002.vdb"})
+    folder.file(name);
+  EXPECT_EQ(frames_of(sequence_files(std::vector{folder.path()}).value()),
+            (std::vector<FrameNumber>{1, 2}));
+}
+
 TEST(SequenceFiles, KnowTheirGaps) {
-  EXPECT_EQ(gaps({{1, ""}, {2, ""}, {5, ""}}), (std::vector<int>{3, 4}));
+  EXPECT_EQ(gaps({{1, ""}, {2, ""}, {5, ""}}), (std::vector<FrameNumber>{3, 4}));
   EXPECT_TRUE(gaps({{2, ""}, {4, ""}, {6, ""}}).empty()) << "every second frame";
   EXPECT_TRUE(gaps({{7, ""}}).empty());
   EXPECT_TRUE(gaps({{45, ""}, {50, ""}, {52, ""}}).empty()) << "no step";
-  EXPECT_EQ(gaps({{2, ""}, {4, ""}, {8, ""}}), std::vector<int>{6});
+  EXPECT_EQ(gaps({{2, ""}, {4, ""}, {8, ""}}), std::vector<FrameNumber>{6});
+  EXPECT_TRUE(gaps({{20260131120030, ""}, {20260131120045, ""}, {20260131120100, ""}}).empty())
+      << "times";
+  EXPECT_TRUE(gaps({{1, ""}, {2, ""}, {99999999, ""}}).empty()) << "no list of so many";
 }
 
 /// slab.vdb and blobs.vdb differ in density, place and size.
@@ -148,6 +163,20 @@ TEST(SequenceScene, HasTheLeastExtinctionAndFramesAll) {
     EXPECT_LT(std::abs(glm::dot(middle - camera.position, camera.up)), ahead * camera.half_height);
   }
   EXPECT_EQ(*sequence.scene.extinction, least);
+}
+
+TEST(SequenceScene, OfOneFileRepeatedIsSeenAsThatFileAlone) {
+  Folder folder;
+  const std::vector<std::string> paths{folder.file("a.1.vdb", "blobs"),
+                                       folder.file("a.2.vdb", "blobs"),
+                                       folder.file("a.3.vdb", "blobs")};
+  for (const char* look : {"plain", "auto"}) {
+    const SequenceScene film = resolve_sequence({}, paths, look);
+    const Camera alone = open_scene({}, VdbFile(paths[0]), {.open_look = look}).view.camera;
+    const Camera camera = make_camera(film.scene, *film.subject);
+    EXPECT_LT(glm::length(camera.position - alone.position), 1e-9) << look;
+    EXPECT_LT(glm::length(camera.target - alone.target), 1e-9) << look;
+  }
 }
 
 TEST(SequenceScene, KeepsWhatTheSceneSets) {

@@ -2,7 +2,9 @@
 
 #include "march_cases.h"
 #include "psivox/draw.h"
+#include "psivox/open.h"
 #include "psivox/sequence.h"
+#include "thrown.h"
 #include "vdb_zoo_grids.h"
 
 namespace psivox {
@@ -45,6 +47,61 @@ double redness(const SequenceScene& sequence, const std::string& path) {
     for (int x = 0; x < image.width; ++x)
       most = std::max(most, double(pixel(image, x, y, 0)) - double(pixel(image, x, y, 2)));
   return most;
+}
+
+/// A frame with a ball of smoke of 4 voxels around a place.
+std::string puff(const std::string& name, const Coord& middle, int domain = 0) {
+  const auto grid = named("density");
+  for (int x = -4; x <= 4; ++x)
+    for (int y = -4; y <= 4; ++y)
+      for (int z = -4; z <= 4; ++z)
+        if (x * x + y * y + z * z <= 16) grid->tree().setValue(middle.offsetBy(x, y, z), 1.0f);
+  if (domain > 0) {
+    grid->insertMeta("file_base_resolution", openvdb::Vec3IMetadata({domain, domain, domain / 2}));
+    grid->setTransform(openvdb::math::Transform::createLinearTransform(1.0 / domain));
+  }
+  return write_vdb({grid}, name).string();
+}
+
+bool is_seen(const SequenceScene& film, const std::string& path) {
+  const View own = open_frame(film, VdbFile(path), path).view;
+  const glm::dvec3 way = 0.5 * (own.subject->box_min + own.subject->box_max) - own.camera.position;
+  const double ahead = glm::dot(way, own.camera.forward);
+  return std::abs(glm::dot(way, own.camera.right)) < ahead * own.camera.half_width &&
+         std::abs(glm::dot(way, own.camera.up)) < ahead * own.camera.half_height;
+}
+
+TEST(Film, IsSeenWhole) {
+  // neither the first, the middle nor the last goes so far
+  std::vector<std::string> paths;
+  for (const int height : {0, 90, 10, 20, 5, 0, 0})
+    paths.push_back(
+        puff("rise." + std::to_string(paths.size()) + ".vdb", Coord(height / 9, height, 0)));
+  const std::vector<std::string> samples{paths[0], paths[3], paths[6]};
+  const auto film = [&](Headers headers) {
+    return resolve_sequence({}, samples, "auto", true, paths, false, headers);
+  };
+  for (const std::string& path : paths) EXPECT_TRUE(is_seen(film(Headers::seen), path)) << path;
+  EXPECT_FALSE(is_seen(film(Headers::placed), paths[1]));
+}
+
+TEST(Film, OfADomainThatAdaptsHasVoxelsOfOneSize) {
+  std::vector<std::string> paths;
+  for (const int domain : {16, 40, 24})
+    paths.push_back(puff("adapts." + std::to_string(domain) + ".vdb",
+                         Coord(domain / 2, domain / 2, 5), domain));
+  const SequenceScene film = resolve_sequence({}, paths, "auto");
+  ASSERT_EQ(film.notices.size(), 1u);
+  EXPECT_TRUE(has(film.notices[0], "domain adapts"));
+  const View first = open_frame(film, VdbFile(paths[0]), paths[0]).view;
+  for (const std::string& path : paths) {
+    const View view = open_frame(film, VdbFile(path), path).view;
+    EXPECT_NEAR(glm::length(glm::dvec3(view.medium.density->world_from_index[0])), 1.0 / 40, 1e-12);
+    EXPECT_LT(glm::length(view.subject->box_min - first.subject->box_min), 1e-12) << path;
+    EXPECT_LT(glm::length(view.subject->box_max - first.subject->box_max), 1e-12) << path;
+  }
+  // a domain that stays is none that adapts
+  EXPECT_FALSE(resolve_sequence({}, std::vector{paths[0], paths[0]}, "auto").adaptive);
 }
 
 TEST(Film, WithAFlameInAnyFrameIsOfFire) {

@@ -17,20 +17,20 @@ namespace psivox {
 namespace {
 
 /// Numbers of the pictures of one file.
-std::vector<int> numbers_of_file(const RenderCall& call, const CameraPath* path) {
+std::vector<FrameNumber> numbers_of_file(const RenderCall& call, const CameraPath* path) {
   if (!call.sequence.frames.empty()) return read_frames(call.sequence.frames, "--frames");
   const double first = path ? std::ceil(path->first()) : 1;
   const double count = call.turntable ? *call.turntable : std::floor(path->last()) - first + 1;
   if (count > most_frames)
     usage(std::string(call.turntable ? "--turntable" : "--camera-path") + ": more than " +
           std::to_string(most_frames) + " frames");
-  std::vector<int> numbers(std::size_t(std::max(count, 1.0)));
-  std::iota(numbers.begin(), numbers.end(), int(first));
+  std::vector<FrameNumber> numbers(std::size_t(std::max(count, 1.0)));
+  std::iota(numbers.begin(), numbers.end(), FrameNumber(first));
   return numbers;
 }
 
 /// The file before a frame, else the first one.
-const std::string& held(const SequenceFiles& files, int frame) {
+const std::string& held(const SequenceFiles& files, FrameNumber frame) {
   const auto after = files.upper_bound(frame);
   return after == files.begin() ? after->second : std::prev(after)->second;
 }
@@ -39,7 +39,7 @@ std::vector<std::string> samples_of(const std::string& auto_from, const Sequence
   if (auto_from == "all") return names_in(files, &SequenceFiles::value_type::second);
   if (auto_from.empty()) return auto_samples(files);
   std::vector<std::string> paths;
-  for (const int frame : read_frames(auto_from, "--auto-from")) {
+  for (const FrameNumber frame : read_frames(auto_from, "--auto-from")) {
     if (!files.contains(frame))
       throw Error(ExitCode::input, "--auto-from: frame " + std::to_string(frame) + " has no file");
     paths.push_back(files.at(frame));
@@ -68,7 +68,7 @@ void name_outputs(const RenderCall& call, FrameList& list) {
 void check_beside(const std::string& option, const std::string& name, const FrameList& list) {
   const auto files = FramePattern::of_placeholder(name);
   if (!files) return;
-  std::vector<int> missing;
+  std::vector<FrameNumber> missing;
   for (const Frame& frame : list.frames) {
     const std::string file = LayerOfFile(files->path(frame.number)).file;
     if (!std::filesystem::exists(file)) missing.push_back(frame.number);
@@ -80,8 +80,8 @@ void check_beside(const std::string& option, const std::string& name, const Fram
 }
 
 /// The number of the frame that a single file is.
-int number_of(const std::string& file) {
-  const std::optional<int> number = frame_number("", file);
+FrameNumber number_of(const std::string& file) {
+  const std::optional<FrameNumber> number = frame_number("", file);
   if (!number)
     usage("-o has a place for the number of a frame, and " + in_quotes(file) + " has none");
   return *number;
@@ -94,7 +94,8 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
   list.first = files.begin()->first;
   list.files = names_in(files, &SequenceFiles::value_type::second);
   list.samples = samples_of(options.auto_from, files);
-  std::vector<int> there, numbers, missing;
+  list.headers = options.auto_from.empty() ? Headers::seen : Headers::placed;
+  std::vector<FrameNumber> there, numbers, missing;
   for (const auto& [frame, path] : files) there.push_back(frame);
   if (options.frames.empty()) {
     numbers = there;
@@ -104,10 +105,10 @@ FrameList list_files(const FrameOptions& options, const SequenceFiles& files) {
     std::ranges::sort(numbers);
   } else {
     numbers = read_frames(options.frames, "--frames");
-    for (const int frame : numbers)
+    for (const FrameNumber frame : numbers)
       if (!files.contains(frame)) missing.push_back(frame);
   }
-  for (const int frame : numbers) {
+  for (const FrameNumber frame : numbers) {
     const auto file = files.find(frame);
     if (file != files.end())
       list.frames.push_back({frame, file->second, {}});
@@ -158,7 +159,7 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
   if (files) {
     list = list_files(call.sequence, *files);
   } else {
-    for (const int number : numbers_of_file(call, path))
+    for (const FrameNumber number : numbers_of_file(call, path))
       list.frames.push_back({number, inputs.front(), {}});
     list.samples = {inputs.front()};
   }
@@ -173,15 +174,18 @@ std::optional<FrameList> list_frames(const RenderCall& call, const Scene& scene,
 SequenceScene chosen_for(const FrameList& list, const Scene& scene, bool background,
                          bool others_serve) {
   try {
-    return resolve_sequence(scene, list.samples, "auto", background, list.files);
+    return resolve_sequence(scene, list.samples, "auto", background, list.files, false,
+                            list.headers);
   } catch (const Error& error) {
     if (error.code() != ExitCode::input || !others_serve) throw;
-    return resolve_sequence(scene, list.samples, "auto", background, list.files, true);
+    return resolve_sequence(scene, list.samples, "auto", background, list.files, true,
+                            list.headers);
   }
 }
 
 void print_choice(const SequenceScene& sequence, const FrameList& list, bool to_copy) {
   print_notices(list.notices);
+  print_notices(sequence.notices);
   print_dark(sequence.scene, sequence.dark_because);
   print_notice(formatted("%zu frame%s; chosen from %zu file%s: ", list.frames.size(),
                          list.frames.size() == 1 ? "" : "s", list.samples.size(),

@@ -45,7 +45,7 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
                  (named < unused.size() ? formatted(" and %d others, which psivox info lists",
                                                     int(unused.size() - named))
                                         : "") +
-                 "; --grid and other options show them");
+                 (looked.scene.given.contains("grid") ? "" : "; --grid NAME draws one of them"));
 }
 
 void print_notices(std::span<const std::string> notices) {
@@ -86,26 +86,66 @@ void ProgressBar::say(const std::string& notice) {
 
 Progress ProgressBar::progress() {
   if (quiet_) return {};
-  start_ = std::chrono::steady_clock::now();
+  start_ = stage_start_ = std::chrono::steady_clock::now();
   left_ = {};
-  return [this](double fraction) { show(fraction); };
+  return [this](double fraction) { show(nullptr, fraction); };
 }
 
-void ProgressBar::show(double fraction) {
+StageProgress ProgressBar::stages() {
+  if (quiet_) return {};
+  start_ = std::chrono::steady_clock::now();
+  stage_ = nullptr;
+  return [this](Stage stage, double fraction) { show(stage_text(stage), fraction); };
+}
+
+void ProgressBar::show(const char* what, double fraction) {
   fraction = std::clamp(fraction, 0.0, 1.0);
-  const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
-  const std::string left = left_.text(fraction, passed.count());
+  const auto now = std::chrono::steady_clock::now();
+  if (what != stage_) {
+    stage_ = what;
+    stage_start_ = now;
+    left_ = {};
+    marks_.next_stage();
+  }
+  const std::chrono::duration<double> passed = now - start_, in_stage = now - stage_start_;
+  const std::string left = left_.text(fraction, in_stage.count());
   if (!marks_.passes(fraction, passed.count())) return;
   const int percent = int(fraction * 100);
-  if (!terminal_) {
-    return print_notice(formatted("%d %%%s", percent, left.c_str()));
-  }
+  const std::string text =
+      (what ? std::string(what) + " " : "") + formatted("%d %%", percent) + left;
+  if (!terminal_) return print_notice(text);
   drawn_ = true;
   const int filled = int(fraction * bar_width);
   const std::string bar =
       std::string(std::size_t(filled), '#') + std::string(std::size_t(bar_width - filled), '.');
-  std::fprintf(stderr, "\r[%s] %3d %%%s\033[K", bar.c_str(), percent, left.c_str());
+  std::fprintf(stderr, "\r[%s] %s\033[K", bar.c_str(), text.c_str());
   std::fflush(stderr);
+}
+
+void FrameNotices::add(const std::string& notice, FrameNumber frame) {
+  if (notice.empty()) return;
+  std::string key = notice;
+  std::erase_if(key, [](char c) { return (c >= '0' && c <= '9') || c == '.'; });
+  if (const auto known = all_.find(key);
+      known != all_.end() && known->second.frames.back() == frame)
+    key = notice;  // two of one frame
+  Collected& all = all_[key];
+  if (all.frames.empty())
+    all.text = notice;
+  else if (all.frames.back() == frame)
+    return;
+  all.differs |= all.text != notice;
+  all.frames.push_back(frame);
+}
+
+void FrameNotices::say(ProgressBar& bar) {
+  for (const auto& [key, all] : std::exchange(all_, {})) {
+    const std::string first = std::to_string(all.frames.front());
+    bar.say(all.frames.size() == 1
+                ? "frame " + first + ": " + all.text
+                : "frames " + frames_text(all.frames) + ": " +
+                      (all.differs ? "such as, in " + first + ", " : "") + all.text);
+  }
 }
 
 }  // namespace psivox

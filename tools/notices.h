@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <map>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "base/terminal.h"
 #include "base/text.h"
+#include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/open.h"
+#include "psivox/sequence.h"
 
 namespace psivox {
 
@@ -40,13 +44,16 @@ class ProgressMarks {
 
   /// Whether to show `fraction`, 0 to 1, now. Times count from the start of the work.
   bool passes(double fraction, double passed_s) {
-    if (passed_s < patience_s_) return false;
+    // an end of which nothing was said is none to wait for
+    if (passed_s < patience_s_ || (fraction >= 1 && part_ <= 0)) return false;
     const int part = int(fraction * parts_);
     if (part <= part_ && passed_s < shown_s_ + silence_s_) return false;
     part_ = part;
     shown_s_ = passed_s;
     return true;
   }
+  /// Another stage begins, of which nothing is done.
+  void next_stage() { part_ = 0; }
 
  private:
   int parts_;
@@ -55,19 +62,20 @@ class ProgressMarks {
   double shown_s_ = 0;
 };
 
-/// Estimates the time that work still takes by its rate in the last half of the time, or more: a
-/// picture's light and its march have rates of their own.
+/// Estimates the time that a stage of work still takes by its rate in the last half of the time, or
+/// more.
 class TimeLeft {
  public:
-  /// ", 3:05 left", once there is an estimate; until then nothing. Times count from the start.
+  /// ", 3:05 left", once a twentieth is done, of long work a hundredth; until then nothing. Times
+  /// count from the start of the stage.
   std::string text(double fraction, double passed_s) {
     if (passed_s >= 2 * middle_.passed_s) {
       since_ = middle_;
       middle_ = {fraction, passed_s};
     }
     const double gained = fraction - since_.fraction;
-    const bool early = gained < 0.02 && passed_s < 10;
-    if (early || gained <= 0 || passed_s < 2) return "";
+    const bool early = fraction < 0.01 || (fraction < 0.05 && passed_s < 60) || passed_s < 2;
+    if (early || gained <= 0 || fraction >= 1) return "";
     const double left_s = (passed_s - since_.passed_s) * (1 - fraction) / gained;
     constexpr double day_s = 24 * 3600, most_days = 9999;
     if (left_s >= 4 * day_s)
@@ -85,8 +93,9 @@ class TimeLeft {
   Mark since_, middle_;  ///< `since_` is in the first half of the time
 };
 
-/// Shows progress on stderr with the time left: a bar on a terminal; elsewhere a line for every
-/// tenth or every ten seconds. Work that is done in a moment shows nothing.
+/// Shows progress on stderr with the time left, of a picture that of its stage: a bar on a
+/// terminal; elsewhere a line for every tenth or every ten seconds. Work that is done in a moment
+/// shows nothing.
 class ProgressBar {
  public:
   explicit ProgressBar(bool quiet);
@@ -96,6 +105,8 @@ class ProgressBar {
 
   /// For work that begins now; empty if there is nothing to show. The bar must outlive it.
   Progress progress();
+  /// The same for work in stages.
+  StageProgress stages();
 
   /// Removes the bar from the terminal, for a line of text; it comes back with the next progress.
   void clear();
@@ -103,14 +114,33 @@ class ProgressBar {
   void say(const std::string& notice);
 
  private:
-  void show(double fraction);
+  /// `what`: the stage; null: there is none.
+  void show(const char* what, double fraction);
 
-  std::chrono::steady_clock::time_point start_;
+  std::chrono::steady_clock::time_point start_, stage_start_;
+  const char* stage_ = nullptr;
   bool quiet_;
   bool terminal_;
   ProgressMarks marks_;
   TimeLeft left_;
   bool drawn_ = false;
+};
+
+/// Notices about frames: each is said once, for all frames of which it is true.
+class FrameNotices {
+ public:
+  /// Notices that differ in their numbers are one.
+  void add(const std::string& notice, FrameNumber frame);
+  /// Says them, and forgets them.
+  void say(ProgressBar& bar);
+
+ private:
+  struct Collected {
+    std::string text;      ///< of the first frame
+    bool differs = false;  ///< its numbers do
+    std::vector<FrameNumber> frames;
+  };
+  std::map<std::string, Collected> all_;  ///< by their texts without numbers
 };
 
 }  // namespace psivox

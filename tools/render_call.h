@@ -65,18 +65,19 @@ void check_overwriting(std::span<const WrittenFile> written);
 void check_outputs(const RenderCall& call, const std::string& picture);
 
 struct Frame {
-  int number = 0;
+  FrameNumber number = 0;
   std::string input, output;  ///< `output` is empty if only a film is written
 };
 
 struct FrameList {
   std::vector<Frame> frames;         ///< ascending
-  int first = 1;                     ///< number of the sequence's first frame, drawn or not
+  FrameNumber first = 1;             ///< number of the sequence's first frame, drawn or not
   std::vector<std::string> files;    ///< of the sequence, drawn or not
   std::vector<std::string> samples;  ///< files from which `auto` chooses
   std::vector<std::string> notices;  ///< one line each
   /// Whether a sample that cannot be read is replaced: nobody named it, nor a frame of it.
   bool others_serve = false;
+  Headers headers = Headers::seen;
 };
 
 /// The frames of files. Throws Error(usage), and Error(input) for frames that are missing.

@@ -31,7 +31,8 @@ class FrameMaker {
  public:
   FrameMaker(const RenderCall& call, const Scene& scene, const FrameList& list,
              const CameraPath* path)
-      : sequence_(chosen_for(list, scene, shows_background(call) || !call.movie.empty(),
+      : film_(file_of_frame(list.frames.front().input)),
+        sequence_(chosen_for(list, scene, shows_background(call) || !call.movie.empty(),
                              call.keep_going || list.others_serve)),
         call_(call),
         path_(path),
@@ -81,25 +82,26 @@ class FrameMaker {
   /// Throws Error(usage), which names the frame, if the path has no camera there.
   void check_path(const FrameList& list) const {
     for (const Frame& frame : list.frames) try {
-        make_camera(path_->at(sequence_.scene, frame.number), *sequence_.subject);
+        make_camera(path_->at(sequence_.scene, double(frame.number)), *sequence_.subject);
       } catch (const Error& error) {
         throw Error(error.code(), "--camera-path " + in_quotes(call_.camera_path) + ", frame " +
                                       std::to_string(frame.number) + ": " + error.what());
       }
   }
 
-  Scene moved(Scene scene, int frame) const {
+  Scene moved(Scene scene, FrameNumber frame) const {
     if (const auto depths = FramePattern::of_placeholder(scene.holdout))
       scene.holdout = depths->path(frame);
-    if (path_) return path_->at(scene, frame);
-    if (call_.turntable) return turned(scene, 360.0 * (frame - first_) / *call_.turntable);
+    if (path_) return path_->at(scene, double(frame));
+    if (call_.turntable) return turned(scene, 360.0 * double(frame - first_) / *call_.turntable);
     return scene;
   }
 
+  std::shared_ptr<const VdbFile> film_;  ///< see file_of_frame
   SequenceScene sequence_;
   const RenderCall& call_;
   const CameraPath* path_;
-  int first_;
+  FrameNumber first_;
   std::optional<Background> film_background_;
   std::string last_input_;
   std::shared_ptr<Session> last_session_;
@@ -143,6 +145,7 @@ class FrameLoop {
   ~FrameLoop() {
     if (next_.valid()) next_.wait();
     if (written_.valid()) written_.wait();
+    notices_.say(bar_);
   }
 
   void run(const std::vector<Frame>& frames) {
@@ -189,10 +192,7 @@ class FrameLoop {
   /// Error(output) if there is no ffmpeg for the film.
   void finish() {
     if (movie_) movie_->finish();
-    for (const auto& [notice, frames] : said_)
-      if (frames.size() > 1)
-        bar_.say(std::string(frames.size() > 2 ? "frames " : "frame ") +
-                 frames_text(std::span(frames).subspan(1)) + " too: " + notice);
+    notices_.say(bar_);
     const double total_ms = watch_.ms();
     if (!call_.stats.empty()) {
       const nlohmann::ordered_json all = {
@@ -246,6 +246,7 @@ class FrameLoop {
     drawn->report.drawn = read.session->draw(*marcher_, wish);
     drawn->view = read.session->view();
     drawn->view.scene = read.scene;
+    for (const std::string& notice : notices_of(drawn->view)) say(notice, frame.number);
     for (const std::string& notice : drawn->report.drawn.notices) say(notice, frame.number);
     say(blank_reason(drawn->view, drawn->report.drawn.image), frame.number);
     drawn->report.total_ms = drawing.ms();
@@ -279,7 +280,8 @@ class FrameLoop {
     const Stopwatch waiting;
     const std::shared_ptr<DrawnFrame> written = written_.get();
     waited_ms_ += waiting.ms();
-    for (const std::string& notice : written->report.written.notices) say(notice);
+    for (const std::string& notice : written->report.written.notices)
+      say(notice, written->frame.number);
     const RenderReport& report = written->report;
     if (!call_.stats.empty()) {
       auto row = nlohmann::ordered_json::parse(report.json());
@@ -288,7 +290,7 @@ class FrameLoop {
     }
     if (call_.verbose) {
       bar_.clear();
-      print(stderr, formatted("frame %d\n", written->frame.number) + report.table());
+      print(stderr, formatted("frame %lld\n", static_cast<long long>(written->frame.number)) + report.table());
     }
   }
 
@@ -309,13 +311,13 @@ class FrameLoop {
     bar_.say("frame " + std::to_string(frame.number) + ": " + error.what());
   }
 
-  /// Says it once. `frame`: one of which it is true; finish() names the others.
-  void say(const std::string& notice, std::optional<int> frame = {}) {
-    if (notice.empty() || call_.quiet) return;
-    const bool first = !said_.contains(notice);
-    std::vector<int>& frames = said_[notice];
-    if (frame) frames.push_back(*frame);
-    if (first) bar_.say((frame ? "frame " + std::to_string(*frame) + ": " : "") + notice);
+  void say(const std::string& notice) {
+    if (!call_.quiet) bar_.say(notice);
+  }
+
+  /// Keeps what is to be said of a frame for the end.
+  void say(const std::string& notice, FrameNumber frame) {
+    if (!call_.quiet) notices_.add(notice, frame);
   }
 
   const RenderCall& call_;
@@ -328,8 +330,8 @@ class FrameLoop {
   ProgressBar bar_;
   Progress progress_ = bar_.progress();
   Stopwatch watch_;
-  std::map<std::string, std::vector<int>> said_;  ///< notices, and their frames
-  std::vector<int> bad_;
+  FrameNotices notices_;
+  std::vector<FrameNumber> bad_;
   int drawn_ = 0;
   std::size_t standing_ = 0;
   double done_ = 0, part_ = 0;  ///< of the work: before the frame that is drawn, and that frame's

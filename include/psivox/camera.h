@@ -22,6 +22,7 @@ struct VisibleBlock {
 struct VisibleGrid {
   glm::dmat4 world_from_index{1.0};
   std::vector<VisibleBlock> blocks;
+  int frame = 0;  ///< of a film: what counts is found for each frame, as if it were alone
 
   /// The greatest dot product of a point of the block with a direction [world units].
   double reach(const VisibleBlock& block, const glm::dvec3& direction) const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -9,10 +10,14 @@
 
 #include "psivox/camera.h"
 #include "psivox/open.h"
+#include "psivox/vdb.h"
 
 // Sequences: one file for each frame, and one scene for all of them.
 
 namespace psivox {
+
+/// The number of a frame: a count, or a time such as 20260131120000.
+using FrameNumber = std::int64_t;
 
 /// A path with a place for the number of a frame in its file name.
 class FramePattern {
@@ -24,15 +29,15 @@ class FramePattern {
   /// The last number in a file's name, `fire.0012.vdb`, stands for any; unset if it has none.
   static std::optional<FramePattern> of_number(const std::string& path);
 
-  std::string path(int frame) const;
+  std::string path(FrameNumber frame) const;
   /// The path with `%04d` for the number.
   std::string printf_form() const;
   /// The number in a path that matches the pattern.
-  std::optional<int> frame_of(const std::string& path) const;
+  std::optional<FrameNumber> frame_of(const std::string& path) const;
   /// The same, but a number may have any digits.
   FramePattern in_any_padding() const;
   /// The files that match, by frame.
-  std::map<int, std::string> files() const;
+  std::map<FrameNumber, std::string> files() const;
 
   bool operator==(const FramePattern&) const = default;
 
@@ -43,19 +48,19 @@ class FramePattern {
 
 /// The frame that a file is: by the placeholder of the sequence's pattern, or, if that has none, by
 /// the last number in the file's name.
-std::optional<int> frame_number(const std::string& pattern, const std::string& path);
+std::optional<FrameNumber> frame_number(const std::string& pattern, const std::string& path);
 
 inline constexpr int most_frames = 1000000;  ///< of a sequence
 
 /// Numbers of frames from `1-100`, `1-100x2` (every second) or several of them, `1-10,20`;
 /// ascending. Throws Error(usage), which begins with `option`.
-std::vector<int> read_frames(const std::string& text, const std::string& option);
+std::vector<FrameNumber> read_frames(const std::string& text, const std::string& option);
 
 /// Short text that read_frames reads: `1-10x3,20`. Ascending frames.
-std::string frames_text(std::span<const int> frames);
+std::string frames_text(std::span<const FrameNumber> frames);
 
 /// One file for each frame.
-using SequenceFiles = std::map<int, std::string>;
+using SequenceFiles = std::map<FrameNumber, std::string>;
 
 /// The files of a sequence: those that match a pattern, the .vdb files of a folder, or the files
 /// that are named. Names that differ in their last number only are its frames; other names are
@@ -66,8 +71,9 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
                                             bool within = false);
 
 /// The frames between a sequence's first and last that have no file, where all distances of the
-/// sequence's files are multiples of the least; none if they are not.
-std::vector<int> gaps(const SequenceFiles& files);
+/// sequence's files are multiples of the least; none if they are not, or beyond a billion: such
+/// numbers are times.
+std::vector<FrameNumber> gaps(const SequenceFiles& files);
 
 /// The files from which `auto` chooses unless others are named: the first, the middle, the last,
 /// and the one of up to 64 in which most voxels burn, if any has a flame.
@@ -76,6 +82,16 @@ std::vector<std::string> auto_samples(const SequenceFiles& files);
 /// The options of side grids that a look has set in `shown`, which `asked` leaves open: one frame
 /// may have the grid and another not.
 std::vector<std::string> chosen_grids(const Scene& asked, const Scene& shown);
+
+/// Blender's domains that adapt: each frame's file has a domain of its own as wide as any other's,
+/// of more or fewer voxels.
+struct AdaptiveDomain {
+  double voxel_size = 0;  ///< that all frames get
+  glm::dvec3 floor{0};    ///< the middle of the lowest layer of all domains
+
+  /// The scene with a file placed in it; unchanged if the file does not tell its domain.
+  Scene placed(Scene scene, const GridPlace& place) const;
+};
 
 /// What `auto` chooses, once for all frames.
 struct SequenceScene {
@@ -88,6 +104,15 @@ struct SequenceScene {
   /// names.
   std::vector<std::string> chosen_grids;
   std::string dark_because = {};  ///< why the look is plain; see LookedScene
+  std::optional<AdaptiveDomain> adaptive = {};
+  std::vector<std::string> notices = {};  ///< what of the frames is not known
+};
+
+/// What the headers of files tell that are no samples.
+enum class Headers {
+  unread,  ///< nothing
+  placed,  ///< where a frame lies in Blender's domain that adapts
+  seen     ///< and how far files reach, all of which the camera sees
 };
 
 /// Resolves a scene for a sequence by some of its files:
@@ -96,14 +121,15 @@ struct SequenceScene {
 ///   extinction  the least, so that the densest frame is as transparent as a picture of its own
 ///   range       from the least to the greatest value
 ///   brightness of light and flame: the least, so that the brightest frame is not clipped
-///   camera      frames the subjects of all
+///   camera      frames the subjects of all; and those of files that reach beyond them
 ///   isovalue and all else: those of the file with the least extinction
 /// `files`: the sequence's, of which the nearest replaces a sample that is empty, and, if
 /// `others_serve`, one that cannot be read.
 /// Throws what make_view throws.
 SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> samples,
                                const std::string& open_look = "plain", bool background = true,
-                               std::span<const std::string> files = {}, bool others_serve = false);
+                               std::span<const std::string> files = {}, bool others_serve = false,
+                               Headers headers = Headers::seen);
 
 /// The scene for one of the sequence's files, without grids of the look that the file lacks. A
 /// further volume whose name has a placeholder is the file of that frame.

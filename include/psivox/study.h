@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <glm/vec2.hpp>
@@ -98,7 +99,7 @@ void run_summary(const std::vector<std::filesystem::path>& folders,
 
 /// The finished study of a sequence's frame.
 struct StudiedFrame {
-  int frame = 0;
+  std::int64_t frame = 0;
   std::filesystem::path folder;
 };
 

@@ -4,6 +4,7 @@
 #include <glm/common.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
+#include <set>
 
 #include "psivox/camera.h"
 
@@ -43,12 +44,14 @@ FrameBox bounds(const std::vector<Part>& parts) {
   return all;
 }
 
-/// The blocks in the frame's coordinates. Each grid's amounts add up to 1.
-std::vector<Part> parts_in_frame(const Subject& subject, const glm::dmat3& axes) {
+/// The blocks of a film's frame in the coordinates of the picture's. Each grid's amounts add up
+/// to 1.
+std::vector<Part> parts_in_frame(const Subject& subject, int frame, const glm::dmat3& axes) {
   std::vector<Part> parts;
   const glm::dmat3 frame_from_world = glm::transpose(axes);
   for (std::size_t n = 0; n < subject.grids.size(); ++n) {
     const VisibleGrid& grid = subject.grids[n];
+    if (grid.frame != frame) continue;
     const glm::dmat3 m = frame_from_world * glm::dmat3(grid.world_from_index);
     const glm::dmat3 extent(glm::abs(m[0]), glm::abs(m[1]), glm::abs(m[2]));
     const glm::dvec3 origin = frame_from_world * glm::dvec3(grid.world_from_index[3]);
@@ -201,9 +204,9 @@ void clip(std::vector<Part>& parts, const FrameBox& box) {
   std::erase_if(parts, [](const Part& part) { return part.amount < 0; });
 }
 
-/// The parts of the subject that count.
-std::vector<Part> counted_parts(const Subject& subject, const glm::dmat3& axes) {
-  std::vector<Part> parts = parts_in_frame(subject, axes);
+/// The parts of one of the subject's frames that count.
+std::vector<Part> counted_parts(const Subject& subject, int frame, const glm::dmat3& axes) {
+  std::vector<Part> parts = parts_in_frame(subject, frame, axes);
   // Bins are too wide for a small body among stray voxels, so what remains is looked at again. Each
   // turn halves an axis at least; 60 halvings are beyond a double's digits.
   for (int turn = 0; turn < 60; ++turn) {
@@ -214,6 +217,18 @@ std::vector<Part> counted_parts(const Subject& subject, const glm::dmat3& axes) 
     if (2 * after.x >= before.x && 2 * after.y >= before.y && 2 * after.z >= before.z) break;
   }
   return parts;
+}
+
+/// Those of all frames.
+std::vector<Part> counted_parts(const Subject& subject, const glm::dmat3& axes) {
+  std::set<int> frames;
+  for (const VisibleGrid& grid : subject.grids) frames.insert(grid.frame);
+  std::vector<Part> all;
+  for (const int frame : frames) {
+    const std::vector<Part> parts = counted_parts(subject, frame, axes);
+    all.insert(all.end(), parts.begin(), parts.end());
+  }
+  return all;
 }
 
 /// How far the parts reach along `direction`, in the frame's coordinates. A part reaches no farther

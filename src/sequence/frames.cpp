@@ -20,7 +20,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::size_t most_digits = 9;  // of an int
+constexpr std::size_t most_digits = 18;  // of a FrameNumber
 
 const std::regex& placeholder() {
   static const std::regex pattern(R"((#+)|%(0(\d))?d|\$F(\d?))");
@@ -42,7 +42,7 @@ std::size_t digits_of(const std::smatch& found) {
 
 /// First, last and step of `7`, `1-100` or `1-100x2`.
 struct Span {
-  int first = 0, last = 0, step = 1;
+  FrameNumber first = 0, last = 0, step = 1;
 };
 
 Span read_span(const std::string& item, const std::string& option, const std::string& text) {
@@ -72,6 +72,7 @@ std::vector<std::string> files_in(const std::string& folder) {
   std::error_code unreadable;
   for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
     const std::string path = (fs::path(folder) / entry.path().filename()).string();
+    if (entry.path().filename().string().starts_with('.')) continue;  // hidden
     if (has_format(path) && !entry.is_directory(unreadable))
       paths.push_back(path);
     else if (foreign.empty() && !foreign_format(path).empty())
@@ -91,7 +92,7 @@ std::optional<SequenceFiles> numbered(std::span<const std::string> paths) {
   if (!pattern) return {};
   SequenceFiles files;
   for (const std::string& path : paths) {
-    const std::optional<int> frame = pattern->frame_of(path);
+    const std::optional<FrameNumber> frame = pattern->frame_of(path);
     if (!frame || !files.emplace(*frame, path).second) return {};
   }
   return files;
@@ -111,7 +112,7 @@ std::optional<SequenceFiles> frames_within(const std::string& path) {
     if (!file.metadata().contains("frames")) return {};
     SequenceFiles files;
     for (const std::string& name : file.names())
-      files.emplace(int(files.size()), path + name.substr(name.rfind('[')));
+      files.emplace(FrameNumber(files.size()), path + name.substr(name.rfind('[')));
     return files;
   } catch (const Error&) {  // opening it again will say why
     return {};
@@ -125,9 +126,8 @@ constexpr std::size_t most_surveyed = 64, most_read = 1 << 26;
 std::optional<std::uint64_t> burning_voxels(const std::string& path) {
   try {
     const VdbFile file(path);
-    for (const char* name : flame_names(/*hot=*/false)) {
-      if (file.channels(name) != 1) continue;
-      const GridContent content = file.content(name);
+    if (const std::string flame = flame_grid(file); !flame.empty()) {
+      const GridContent content = file.content(flame);
       return content.nothing.empty() ? content.active_voxels : 0;
     }
   } catch (const Error&) {  // drawing it will say why
@@ -203,21 +203,24 @@ std::optional<FramePattern> FramePattern::of_number(const std::string& path) {
   return pattern;
 }
 
-std::string FramePattern::path(int frame) const {
-  return before_ + formatted("%0*d", int(std::max<std::size_t>(digits_, 1)), frame) + after_;
+std::string FramePattern::path(FrameNumber frame) const {
+  return before_ +
+         formatted("%0*lld", int(std::max<std::size_t>(digits_, 1)),
+                   static_cast<long long>(frame)) +
+         after_;
 }
 
 std::string FramePattern::printf_form() const {
   return before_ + (digits_ > 1 ? "%0" + std::to_string(digits_) + "d" : "%d") + after_;
 }
 
-std::optional<int> FramePattern::frame_of(const std::string& path) const {
+std::optional<FrameNumber> FramePattern::frame_of(const std::string& path) const {
   if (!path.starts_with(before_) || !path.ends_with(after_) ||
       path.size() <= before_.size() + after_.size())
     return {};
   const std::string number =
       path.substr(before_.size(), path.size() - before_.size() - after_.size());
-  int frame = 0;
+  FrameNumber frame = 0;
   if (number.size() > most_digits || !read_number(number, frame)) return {};
   const bool padded = digits_ > 0;
   if (padded && number.size() < digits_) return {};
@@ -231,30 +234,30 @@ FramePattern FramePattern::in_any_padding() const {
   return any;
 }
 
-std::map<int, std::string> FramePattern::files() const {
-  std::map<int, std::string> found;
+SequenceFiles FramePattern::files() const {
+  SequenceFiles found;
   const fs::path folder = fs::path(before_).parent_path();
   std::error_code unreadable;
   for (const auto& entry : fs::directory_iterator(folder.empty() ? "." : folder, unreadable)) {
     const std::string path =
         before_.substr(0, before_.find_last_of('/') + 1) + entry.path().filename().string();
-    if (const std::optional<int> frame = frame_of(path)) found.emplace(*frame, path);
+    if (const std::optional<FrameNumber> frame = frame_of(path)) found.emplace(*frame, path);
   }
   return found;
 }
 
-std::optional<int> frame_number(const std::string& pattern, const std::string& path) {
+std::optional<FrameNumber> frame_number(const std::string& pattern, const std::string& path) {
   std::optional<FramePattern> names = FramePattern::of_placeholder(pattern);
   if (!names) names = FramePattern::of_number(path);
   return names ? names->frame_of(path) : std::nullopt;
 }
 
-std::vector<int> read_frames(const std::string& text, const std::string& option) {
-  std::set<int> frames;
+std::vector<FrameNumber> read_frames(const std::string& text, const std::string& option) {
+  std::set<FrameNumber> frames;
   for (const std::string& item : split(text)) {
     const Span span = read_span(item, option, text);
-    for (long long frame = span.first; frame <= span.last; frame += span.step) {
-      frames.insert(int(frame));
+    for (FrameNumber frame = span.first; frame <= span.last; frame += span.step) {
+      frames.insert(frame);
       if (int(frames.size()) > most_frames)
         throw Error(ExitCode::usage, option + " " + in_quotes(text) + ": more than " +
                                          std::to_string(most_frames) + " frames");
@@ -264,11 +267,11 @@ std::vector<int> read_frames(const std::string& text, const std::string& option)
   return {frames.begin(), frames.end()};
 }
 
-std::string frames_text(std::span<const int> frames) {
+std::string frames_text(std::span<const FrameNumber> frames) {
   std::vector<std::string> items;
   for (std::size_t i = 0; i < frames.size();) {
     std::size_t end = i + 1;
-    const int step = end < frames.size() ? frames[end] - frames[i] : 0;
+    const FrameNumber step = end < frames.size() ? frames[end] - frames[i] : 0;
     while (end < frames.size() && frames[end] - frames[end - 1] == step) ++end;
     if (end - i == 2 && step > 1) end = i + 1;  // two numbers are no series
     std::string item = std::to_string(frames[i]);
@@ -280,16 +283,19 @@ std::string frames_text(std::span<const int> frames) {
   return joined(items);
 }
 
-std::vector<int> gaps(const SequenceFiles& files) {
-  int step = std::numeric_limits<int>::max(), common = 0;
+std::vector<FrameNumber> gaps(const SequenceFiles& files) {
+  FrameNumber step = std::numeric_limits<FrameNumber>::max(), common = 0;
   for (auto file = files.begin(), next = file; file != files.end(); file = next) {
     if (++next == files.end()) break;
     step = std::min(step, next->first - file->first);
     common = std::gcd(common, next->first - file->first);
   }
-  std::vector<int> missing;
+  std::vector<FrameNumber> missing;
   if (common != step) return missing;  // the numbers follow no step
-  for (int frame = files.begin()->first; frame < files.rbegin()->first; frame += step)
+  const FrameNumber first = files.begin()->first, last = files.rbegin()->first;
+  constexpr FrameNumber most_counted = 999999999;  // beyond, numbers are times
+  if (last > most_counted || (last - first) / step > most_frames) return missing;
+  for (FrameNumber frame = first; frame < last; frame += step)
     if (!files.contains(frame)) missing.push_back(frame);
   return missing;
 }
@@ -322,7 +328,7 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
                                      " holds more than one sequence; give one, such as " +
                                      in_quotes(inputs.front() + "/NAME.####.vdb"));
   SequenceFiles files;
-  for (const std::string& path : paths) files.emplace(int(files.size()) + 1, path);
+  for (const std::string& path : paths) files.emplace(FrameNumber(files.size()) + 1, path);
   return files;
 }
 

@@ -9,6 +9,8 @@
 #include "psivox/error.h"
 #include "psivox/sequence.h"
 #include "scene/cuts.h"
+#include "sequence/film_places.h"
+#include "vdb/grid_names.h"
 
 namespace psivox {
 namespace {
@@ -37,16 +39,18 @@ std::vector<std::string> named_grids(const Scene& scene, std::span<const std::st
   return options;
 }
 
-/// The scene for a file of the sequence: with the files of that frame as further volumes, and
-/// without those of the side grids that the file lacks.
+/// The scene for a file of the sequence: placed in the domain of all, with the files of that frame
+/// as further volumes, and without those of the side grids that the file lacks.
 Scene scene_for(Scene scene, const VdbFile& file, const std::string& path,
-                std::span<const std::string> side_grids) {
+                std::span<const std::string> side_grids,
+                const std::optional<AdaptiveDomain>& adaptive) {
+  if (adaptive) scene = adaptive->placed(std::move(scene), density_place(scene, file));
   for (const std::string& option : side_grids)
     if (!has_grid(file, scene, option)) {
       file.check_whole();
       set_default(scene, *find_parameter(option));
     }
-  if (const std::optional<int> number = frame_number(scene.input, path))
+  if (const std::optional<FrameNumber> number = frame_number(scene.input, path))
     for (std::string& volume : scene.volumes) {
       const std::string name = scene_of_volume(scene, volume).input;
       if (const auto pattern = FramePattern::of_placeholder(name))
@@ -61,16 +65,21 @@ struct SampleOptions {
   std::string open_look;
   bool background = true;
   std::vector<std::string> side_grids;  ///< see named_grids()
+  std::optional<AdaptiveDomain> adaptive;
 };
 
 Sample sample_of(const Scene& scene, const std::string& path, const SampleOptions& options) {
   const VdbFile file(path);
-  const Scene own = scene_for(scene, file, path, options.side_grids);
+  const Scene own = scene_for(scene, file, path, options.side_grids, options.adaptive);
   auto [looked, view] = open_scene(own, file, {options.open_look, options.background});
   // with what their looks have added, but as the sequence names them
   for (Scene* const resolved : {&looked.scene, &view.scene})
     for (std::size_t i = 0; i < own.volumes.size(); ++i)
       resolved->volumes[i].replace(0, own.volumes[i].size(), scene.volumes[i]);
+  for (Scene* const resolved : {&looked.scene, &view.scene}) {
+    resolved->scale = scene.scale;
+    resolved->translate = scene.translate;
+  }
   const bool dark = looked.fields.density->stored_range == glm::vec2(0);
   looked.fields = {};
   return {std::move(looked), std::move(view.scene), std::move(view.subject), dark};
@@ -100,6 +109,8 @@ std::string common_grid(std::span<const std::string> paths) {
   for (const std::string& path : paths)
     if (const VdbFile file(path); !file.names().empty())
       grids.push_back(file.default_grid(/*empty=*/true));
+  if (std::ranges::any_of(grids, says_density))
+    std::erase_if(grids, [](const std::string& grid) { return !says_density(grid); });
   return common_name(grids, "density");
 }
 
@@ -174,14 +185,8 @@ void take_brightness(const std::vector<Sample>& samples, Scene& scene) {
 }
 
 Subject all_subjects(const std::vector<Sample>& samples) {
-  Subject all = *samples.front().subject;
-  for (std::size_t i = 1; i < samples.size(); ++i) {
-    const Subject& one = *samples[i].subject;
-    all.grids.insert(all.grids.end(), one.grids.begin(), one.grids.end());
-    all.box_min = glm::min(all.box_min, one.box_min);
-    all.box_max = glm::max(all.box_max, one.box_max);
-    if (all.z_up.empty()) all.z_up = one.z_up;
-  }
+  Subject all;
+  for (const Sample& sample : samples) add_subject(*sample.subject, all);
   return all;
 }
 
@@ -270,7 +275,8 @@ double least_exposure(const SequenceScene& sequence, std::span<const std::string
 
 SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> wanted,
                                const std::string& open_look, bool background,
-                               std::span<const std::string> files, bool others_serve) {
+                               std::span<const std::string> files, bool others_serve,
+                               Headers headers) {
   std::vector<std::string> paths(wanted.begin(), wanted.end());
   if (others_serve) paths = readable(scene, wanted, files);
   Scene common = scene;
@@ -278,7 +284,10 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
     common.grid = common_grid(paths);
     if (others_serve) paths = readable(common, wanted, files);  // those that have the grid
   }
-  const SampleOptions options{open_look, background, named_grids(scene, paths)};
+  std::vector<FilePlace> places;
+  if (headers != Headers::unread) places = places_of(common, files.size() > 1 ? files : paths);
+  const SampleOptions options{open_look, background, named_grids(scene, paths),
+                              adaptive_domain(places)};
   std::vector<Sample> samples = samples_of(common, paths, files, options);
   const std::string look = common_look(samples);
   if (look != "plain") {
@@ -300,12 +309,24 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
   take_brightness(samples, result.scene);
   for (const std::string& option : options.side_grids)  // the base may lack it
     copy_parameter(scene, result.scene, *find_parameter(option));
-  const auto subject = std::make_shared<const Subject>(all_subjects(samples));
+  result.chosen_grids = chosen_grids(scene, result.scene);
+  for (const std::string& option : options.side_grids) result.chosen_grids.push_back(option);
+  result.adaptive = options.adaptive;
+  if (result.adaptive)
+    result.notices.push_back(
+        "Blender's domain adapts: all frames get voxels of one size, above the middle of its "
+        "floor; the files do not tell where in the whole domain a frame's begins");
+  Subject all = all_subjects(samples);
+  if (headers == Headers::seen)
+    for (const std::string& path : far_files(common, places, paths, options.adaptive)) try {
+        add_subject(*open_frame(result, VdbFile(path), path).view.subject, all);
+      } catch (const Error& error) {  // drawing it will say why
+        if (error.code() != ExitCode::input) throw;
+      }
+  const auto subject = std::make_shared<const Subject>(std::move(all));
   keep_camera(result.scene,
               make_camera(with_planes(samples[base].looked.scene, *subject), *subject));
   result.subject = subject;
-  result.chosen_grids = chosen_grids(scene, result.scene);
-  for (const std::string& option : options.side_grids) result.chosen_grids.push_back(option);
   if (!scene.exposure) result.scene.exposure = least_exposure(result, paths);
   for (const Sample& sample : samples)
     if (result.dark_because.empty()) result.dark_because = sample.looked.dark_because;
@@ -323,7 +344,7 @@ std::vector<std::string> chosen_grids(const Scene& asked, const Scene& shown) {
 }
 
 Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path) {
-  return scene_for(sequence.scene, file, path, sequence.chosen_grids);
+  return scene_for(sequence.scene, file, path, sequence.chosen_grids, sequence.adaptive);
 }
 
 OpenedScene open_frame(const SequenceScene& sequence, const VdbFile& file, const std::string& path,

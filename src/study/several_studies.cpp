@@ -146,7 +146,7 @@ std::string summary_csv(const std::vector<StudyResults>& studies) {
 /// One variant over all frames.
 struct FrameStatistics {
   Variant variant;
-  std::vector<int> frames{};
+  std::vector<std::int64_t> frames{};
   std::vector<StudyPoint> points{};  ///< of each frame
 
   Spread spread(const auto& number) const {
@@ -157,7 +157,7 @@ struct FrameStatistics {
   Spread rms() const { return spread(&StudyPoint::rms); }
   Spread look_ups() const { return spread(&StudyPoint::samples_per_ray); }
   Spread cpu_ms() const { return spread(median_cpu_ms); }
-  int worst_frame() const {
+  std::int64_t worst_frame() const {
     const auto worst = std::ranges::max_element(points, {}, &StudyPoint::rms);
     return frames[std::size_t(worst - points.begin())];
   }

@@ -17,6 +17,7 @@ Sequence Sequence::of(const std::vector<std::string>& inputs) {
   const std::string& path = inputs.front();
   if (auto files = sequence_files(inputs, /*within=*/true)) {
     sequence.files_ = std::move(*files);
+    sequence.film_ = file_of_frame(sequence.files_.begin()->second);
     sequence.samples_ = auto_samples(sequence.files_);
     sequence.current_ = sequence.first();
   } else {
@@ -30,14 +31,14 @@ Sequence Sequence::of(const std::vector<std::string>& inputs) {
   return sequence;
 }
 
-void Sequence::go_to(int frame) {
+void Sequence::go_to(FrameNumber frame) {
   const auto after = files_.lower_bound(frame);
   if (after == files_.end()) {
     current_ = last();
   } else if (after == files_.begin()) {
     current_ = first();
   } else {
-    const int before = std::prev(after)->first;
+    const FrameNumber before = std::prev(after)->first;
     current_ = frame - before < after->first - frame ? before : after->first;
   }
 }
@@ -49,12 +50,12 @@ void Sequence::play(std::chrono::steady_clock::time_point now) {
   go_to(next());
 }
 
-int Sequence::previous() const {
+FrameNumber Sequence::previous() const {
   const auto here = files_.find(current_);
   return here == files_.begin() ? last() : std::prev(here)->first;
 }
 
-int Sequence::next() const {
+FrameNumber Sequence::next() const {
   const auto after = files_.upper_bound(current_);
   return after == files_.end() ? first() : after->first;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -21,20 +22,20 @@ class Sequence {
   /// Files from which `auto` chooses for all frames. A file that was opened alone has none: the
   /// files beside it are shown as it was.
   const std::vector<std::string>& samples() const { return samples_; }
-  int first() const { return files_.begin()->first; }
-  int last() const { return files_.rbegin()->first; }
-  int current() const { return current_; }
+  FrameNumber first() const { return files_.begin()->first; }
+  FrameNumber last() const { return files_.rbegin()->first; }
+  FrameNumber current() const { return current_; }
   /// Frames between the first and the last that have no file.
-  const std::vector<int>& missing() const { return missing_; }
-  const std::string& file(int frame) const { return files_.at(frame); }
+  const std::vector<FrameNumber>& missing() const { return missing_; }
+  const std::string& file(FrameNumber frame) const { return files_.at(frame); }
   /// The current frame's file.
   const std::string& path() const { return files_.at(current_); }
 
   /// Goes to the frame that is nearest and has a file.
-  void go_to(int frame);
+  void go_to(FrameNumber frame);
   /// The frame after the current one that has a file; the first one after the last.
-  int next() const;
-  int previous() const;
+  FrameNumber next() const;
+  FrameNumber previous() const;
 
   bool playing = false;  ///< only with more than one frame
   double rate = 24;      ///< [frames/s]
@@ -44,9 +45,10 @@ class Sequence {
 
  private:
   SequenceFiles files_;
+  std::shared_ptr<const VdbFile> film_;  ///< see file_of_frame
   std::vector<std::string> samples_;
-  std::vector<int> missing_;
-  int current_ = 0;
+  std::vector<FrameNumber> missing_;
+  FrameNumber current_ = 0;
   std::chrono::steady_clock::time_point stepped_at_{};
 };
 

@@ -267,10 +267,11 @@ void draw_divider(double divider) {
 
 /// Marks on the slider of the frames that have no file.
 void mark_missing(const Sequence& sequence, const ImVec2& corner, float width) {
-  const int count = sequence.last() - sequence.first();
+  const FrameNumber count = sequence.last() - sequence.first();
   if (sequence.missing().size() >= 1000) return;
-  for (const int frame : sequence.missing()) {
-    const float x = corner.x + width * float(frame - sequence.first()) / float(std::max(count, 1));
+  for (const FrameNumber frame : sequence.missing()) {
+    const float x =
+        corner.x + width * float(frame - sequence.first()) / float(std::max<FrameNumber>(count, 1));
     ImGui::GetWindowDrawList()->AddLine({x, corner.y - 3}, {x, corner.y + 3},
                                         IM_COL32(255, 120, 80, 255), 2);
   }
@@ -291,10 +292,12 @@ void draw_timeline(Sequence& sequence, double scale) {
     ImGui::SameLine();
     ImGui::TextColored({1, 0.6f, 0.4f, 1}, "%d missing", int(sequence.missing().size()));
   }
-  int frame = sequence.current();
+  FrameNumber frame = sequence.current();
+  const FrameNumber first = sequence.first(), last = sequence.last();
   ImGui::SetNextItemWidth(-1);
   const ImVec2 corner = ImGui::GetCursorScreenPos();
-  if (ImGui::SliderInt("##frame", &frame, sequence.first(), sequence.last())) sequence.go_to(frame);
+  if (ImGui::SliderScalar("##frame", ImGuiDataType_S64, &frame, &first, &last))
+    sequence.go_to(frame);
   mark_missing(sequence, corner, ImGui::GetItemRectSize().x);
 }
 

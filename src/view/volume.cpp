@@ -65,7 +65,8 @@ OpenedScene choose_look(Volume& volume, const VdbFile& file) {
 
 OpenedScene choose_for_sequence(Volume& volume, const std::vector<std::string>& samples,
                                 const VdbFile& file) {
-  SequenceScene sequence = resolve_sequence(volume.asked, samples, "plain", true, samples, true);
+  SequenceScene sequence =
+      resolve_sequence(volume.asked, samples, "plain", true, samples, true, Headers::unread);
   volume.chosen_from = samples.size();
   volume.chosen_grids = sequence.chosen_grids;
   OpenedScene opened = open_frame(sequence, file, volume.asked.input);

@@ -90,7 +90,7 @@ void read_frame_names(std::string_view bytes) {
     } catch (const Error&) {  // the other may take it
     }
   }
-  const std::vector<int> frames = read_frames(text, "--frames");
+  const std::vector<FrameNumber> frames = read_frames(text, "--frames");
   require(read_frames(frames_text(frames), "--frames") == frames, "frames change as text");
 }
 
