@@ -552,6 +552,7 @@ if "$program" compare a.exr b.exr --width 3 2>&1 | grep -q resolution; then
   fail "compare names an option that it does not have"
 fi
 t 3 "it has 'temperature' 'density' 'color'" render "$S" -o a.exr --grid tempreature
+t 2 "--isovalue is given twice" render "$S" -o a.exr --isovalue 0.2 --mode isosurface --isovalue 0.5
 t 0 "isovalue 0.5" render "$S" -o a.exr --mode isosurface --resolution 32x32
 # What leaves the program: exposure, tone map, clipped pixels, and pictures that show nothing.
 t 0 '"clipped_pixels": 0' render "$S" -o a.png --stats - $R
@@ -590,7 +591,45 @@ t 0 - render "$S" -o a.exr --exposure 3 --tone-map filmic $R  # linear radiance 
 t 0 - render "$S" -o b.exr $R
 t 0 rms compare a.exr b.exr --max-abs 0
 r="--resolution 32x32"
-t 0 "narrower than a pixel; --zoom" render "$S" -o a.exr $r --zoom 1e-6
+# A notice that advises helps: with what it advises it is gone, and nothing advises what is given.
+# advised TEXT ADVICE ARGUMENTS...
+advised() {
+  local text=$1 advice=$2
+  shift 2
+  t 0 "$text" render "$@" $r
+  eval "set -- \"\$@\" $advice"
+  "$program" render "$@" $r >printed.txt 2>&1 || fail "$advice ends in an error: $(cat printed.txt)"
+  grep -qF -- "$text" printed.txt && fail "$advice does not make '$text' go: $(cat printed.txt)"
+}
+without() { # TEXT ARGUMENTS...
+  local text=$1
+  shift
+  t 0 "" render "$@" $r
+  grep -qF -- "$text" printed.txt && fail "$*: '$text' is said"
+}
+bright="-o a.png --luminance 9,9,9"
+advised "brighter than white; --exposure auto" "--exposure auto" "$S" $bright --background 0,0,0
+advised "brighter than white; --tone-map filmic" "--tone-map filmic" "$S" $bright --background 0,0,0 --exposure -2
+without "; --" "$S" $bright --background 0,0,0 --exposure 1 --tone-map none --look plain --up-axis y \
+  --grid density
+without "brighter than white" "$S" -o a.png --look smoke --background white
+without "brighter than white" "$S" -o a.png --look smoke --background white --exposure auto
+advised "glow more than they cover, which alpha cannot hold; give --background" "--background 0,0,0" "$S" -o a.png \
+  --look plain --emission-grid temperature --emission-scale 0.001 --extinction 0.01
+advised "has no alpha" "--background 0.1,0.1,0.1" "$S" -o a.jpg --look plain
+advised "so Y is; --up-axis z" "--up-axis z" "$S" -o a.png
+advised "--grid NAME draws one of them" "--grid density" "$S" -o a.png --look plain
+advised "not light an isosurface; --light X,Y,Z does" "--light 0,-1,0" "$S" -o a.exr --mode isosurface --sky 1,1,1 \
+  --look plain
+advised "800 K on; --temperature-scale" "--temperature-scale 2000" "$S" -o a.exr --temperature-grid density
+advised "what is seen is as bright as --background 1,1,1; --background black" "--background black" "$S" -o a.png \
+  --look plain --extinction 1000 --background white
+advised "makes all of it white; --exposure auto" "--exposure auto" "$S" -o a.png --look smoke --background 0.2,0.2,0.2 \
+  --exposure 30
+advised "narrower than a pixel; --zoom" '--zoom "$(sed -n "s/.*--zoom \([0-9.e+]*\) enlarges.*/\1/p" printed.txt)"' \
+  "$S" -o a.exr --camera-position 1,2,3e6 --camera-target 13,12,12
+without ", or give --camera-target" "$S" -o a.exr --camera-position 0,0,300 --camera-target 0,0,400
+t 0 "it is narrower than a pixel" render "$S" -o a.exr $r --zoom 1e-6
 t 0 "the picture is empty: the camera looks past the volume" render "$S" -o a.exr $r \
   --camera-position 0,0,300 --camera-target 0,0,400
 t 0 "the picture is empty: --isovalue 7 is not among the values of grid 'density', which go from 0 to" \
@@ -661,6 +700,14 @@ t 3 "is a VTK file" render y.vdb -o a.png
 t 3 "is a DICOM image" render z.vdb -o a.png
 printf 'NanoVDB2' >x.nvdb
 t 3 "is a damaged NanoVDB file" render x.nvdb -o a.png
+for name in x.nii x.nrrd y.nvdb; do
+  printf 'abcd' >$name
+  t 3 "does not begin as a file of" render $name -o a.png
+done
+printf 'abcd' >x.vol
+t 3 "x.vol: is a file of raw values" render x.vol -o a.png
+printf 'abcd' >x
+t 3 "x: begins as no volume that psivox reads" info x
 printf 'abc' >x.raw
 t 3 "is a file of raw values" render x.raw -o a.png
 mkdir x.zarr

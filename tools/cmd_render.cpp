@@ -254,7 +254,7 @@ class RenderJob {
     ProgressBar bar(call_.quiet);
     Wish wish = wish_of(call_);
     wish.team = team_;
-    wish.progress = over_stages(bar.progress(), session.view().medium.light.has_value());
+    wish.progress = bar.stages();
     wish.last = !is_page_name(call_.output) && !call_.check_error;
     report_.drawn = session.draw(marcher, wish);
   }
@@ -263,7 +263,7 @@ class RenderJob {
   void print_check(Session& session) {
     ProgressBar bar(call_.quiet);
     report_.checked = session.check_error(report_.drawn.image,
-                                          std::min(*call_.check_error, 100000000), bar.progress());
+                                          std::min(*call_.check_error, 100000000), bar.stages());
     const CheckedError& checked = *report_.checked;
     std::cout << formatted(
         "error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n", checked.rms,

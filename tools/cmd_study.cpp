@@ -187,7 +187,7 @@ std::string study_frames(const StudyCall& call, const Scene& scene, const FrameL
   for (const Frame& frame : list.frames) {
     OpenedScene opened = open_frame(sequence, VdbFile(frame.input), frame.input);
     if (opened.looked.fields.density->active_voxels == 0) continue;
-    options.folder = folder / formatted("frame.%04d", frame.number);
+    options.folder = folder / formatted("frame.%04lld", static_cast<long long>(frame.number));
     if (progress)
       options.progress = [&, done = double(&frame - list.frames.data())](double fraction) {
         progress((done + fraction) / double(list.frames.size()));

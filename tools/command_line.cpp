@@ -99,6 +99,17 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
                    ->type_name(p.metavar)
                    ->allow_extra_args(false)
                    ->take_all();
+    else if (p.name == "isovalue")  // several surfaces may be meant: the last would hide the others
+      option = add_option_function<std::vector<std::string>>(
+                   "--" + p.name,
+                   [&settings, &p](const std::vector<std::string>& items) {
+                     if (items.size() > 1)
+                       psivox::usage("--isovalue is given twice; a picture shows one surface");
+                     settings.push_back({p.name, items.front()});
+                   })
+                   ->type_name(p.metavar)
+                   ->allow_extra_args(false)
+                   ->take_all();
     else if (std::holds_alternative<bool Scene::*>(p.member))
       option = add_flag("--" + p.name)->each(take)->option_text("[=true|false]");
     else

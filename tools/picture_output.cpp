@@ -97,6 +97,8 @@ Json error_json(const RenderReport& report) {
     error["checked_pixels"] = report.checked->pixels;
     error["checked_rms"] = report.checked->rms;
     error["checked_max"] = report.checked->max;
+    error["checked_light_ms"] = report.checked->light_ms;
+    error["checked_reference_ms"] = report.checked->reference_ms;
   }
   return error;
 }
@@ -192,8 +194,10 @@ std::string RenderReport::table() const {
                    startup_ms, read_ms, times.atlas_ms, stats.gl_init_ms, stats.shader_ms);
   if (times.light_ms > 0) out += formatted("light %.1f, ", times.light_ms);
   if (times.plan_ms > 0) out += formatted("plan %.1f, ", times.plan_ms);
-  out += formatted("upload %.1f, march %.1f, write %.1f; total %.1f ms\n", stats.upload_ms,
-                   stats.march_ms, written.write_ms, total_ms);
+  out += formatted("upload %.1f, march %.1f, ", stats.upload_ms, stats.march_ms);
+  if (checked)
+    out += formatted("light to check %.1f, check %.1f, ", checked->light_ms, checked->reference_ms);
+  out += formatted("write %.1f; total %.1f ms\n", written.write_ms, total_ms);
   if (const auto& plan = drawn.plan) {
     out += "march     " + method_text(plan->chosen.method);
     if (plan->rays > 0)

@@ -186,7 +186,7 @@ class Session {
   /// Compares about `pixels` pixels of a picture of the session's scene with the reference, in
   /// exact light. It takes one random pixel from each cell of a grid over the picture, the same
   /// ones every time.
-  CheckedError check_error(const Image& picture, int pixels, const Progress& progress = {});
+  CheckedError check_error(const Image& picture, int pixels, const StageProgress& progress = {});
 
   /// The point at which the ray through `pixel` of the scene's picture [pixels; centres at +0.5]
   /// meets the part of the medium that hides the rest; unset: there is none.

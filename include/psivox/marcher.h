@@ -81,6 +81,7 @@ struct CheckedError {
   double rms = 0;  ///< over R G B A
   double max = 0;  ///< of one channel
   int max_x = 0, max_y = 0;
+  double light_ms = 0, reference_ms = 0;  ///< what the exact light and the reference have taken
 };
 
 /// One thing that a march computes or skips, and why.

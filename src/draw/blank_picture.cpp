@@ -70,6 +70,22 @@ bool slice_misses_box(const View& view) {
          glm::dot(glm::abs(plane->normal), half);
 }
 
+/// The zoom at which the box fills the frame, for one that is inside.
+double zoom_to_box(const View& view) {
+  const Camera& camera = view.camera;
+  double farthest = 1e-6;  // of the frame's half width or height
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec3 corner =
+        glm::mix(view.subject->box_min, view.subject->box_max, glm::dvec3(cube_corner(i)));
+    const glm::dvec3 way = corner - camera.position;
+    const double reach = camera.orthographic ? 1 : glm::dot(way, camera.forward);
+    farthest =
+        std::max({farthest, std::abs(glm::dot(way, camera.right)) / (reach * camera.half_width),
+                  std::abs(glm::dot(way, camera.up)) / (reach * camera.half_height)});
+  }
+  return 0.8 / farthest;
+}
+
 /// Why the picture shows another place than the volume's; empty if it shows that.
 std::string why_beside(const View& view) {
   const Scene& scene = view.scene;
@@ -80,10 +96,14 @@ std::string why_beside(const View& view) {
   if (camera_sees_box(view)) return {};
   const glm::dvec3 middle = glm::mix(view.subject->box_min, view.subject->box_max, 0.5);
   if (is_in_frame(middle, view.camera))
-    return "no ray meets " + place_of_volume(view) +
-           ": it is narrower than a pixel; --zoom enlarges it";
-  return "the camera looks past " + place_of_volume(view) +
-         "; leave out the camera's options, or give --camera-target " + short_text(middle);
+    return "no ray meets " + place_of_volume(view) + ": it is narrower than a pixel" +
+           (scene.given.contains("zoom")
+                ? ""
+                : "; --zoom " + formatted("%.2g", zoom_to_box(view)) + " enlarges it");
+  return "the camera looks past " + place_of_volume(view) + "; leave out the camera's options" +
+         (scene.given.contains("camera-target")
+              ? ""
+              : ", or give --camera-target " + short_text(middle));
 }
 
 /// Why nothing is on the rays through the volume; empty if something is.
@@ -131,8 +151,10 @@ std::string why_dark(const View& view) {
     return "--luminance is 0";
   if (!scene.composites()) return {};
   if (!scene.temperature_grid.empty())
-    return "nothing in grid " + in_quotes(scene.temperature_grid) +
-           " is hot enough to glow; --temperature-scale gives Kelvin per unit of its values";
+    return "nothing in grid " + in_quotes(scene.temperature_grid) + " is hot enough to glow" +
+           (scene.given.contains("temperature-scale")
+                ? ""
+                : "; --temperature-scale gives Kelvin per unit of its values");
   if (scene.lit() && scene.albedo == glm::dvec3(0)) return "--albedo is 0";
   if (scene.lit() && scene.environment.empty() &&
       scene.sky.value_or(glm::dvec3(0)) == glm::dvec3(0) &&
@@ -150,9 +172,13 @@ std::string why_dark(const View& view) {
 /// What a display shows of a picture.
 struct Seen {
   double light = 0, opacity = 0;  ///< the greatest in any pixel
-  bool differs = false;           ///< from the background, in a pixel's code of 8 bits
-  bool has_contrast = false;      ///< the same at another exposure, that shows all of it
+  /// Pixels that differ from the background in a code of 8 bits, as far as they are counted.
+  std::size_t different = 0;
+  bool has_contrast = false;  ///< some do at another exposure, that shows all of it
 };
+
+/// A picture in which less differs from its background is nearly empty.
+constexpr double least_shown = 0.01;
 
 /// Light of half a code; less is black on a display.
 constexpr double least_light = half_code<double> / 12.92;
@@ -165,24 +191,29 @@ Seen what_is_seen(const Scene& scene, const Image& image, const Backdrop& behind
   seen.light = std::max(0.0, double(range.greatest(0, 3)));
   seen.opacity = std::max(0.0, double(range.greatest(3, 1)));
   const double whole = 1 / std::max({seen.light, behind.greatest(), 1e-300});
-  const auto differs = [&](double factor) {
+  const double enough = least_shown * double(rgba.size() / 4);
+  /// The pixels that differ, up to one more than `most`.
+  const auto different = [&](double factor, double most) {
     const auto code = [&](double radiance) {
       return double(srgb_from_linear(
           std::min(display_light(float(radiance * factor), scene.tone_map), 1.0f)));
     };
-    for (std::size_t i = 0; i < rgba.size(); i += 4) {
+    std::size_t count = 0;
+    for (std::size_t i = 0; i < rgba.size() && double(count) <= most; i += 4) {
       const double left = scene.background ? 1 - double(rgba[i + 3]) : 0;
       const glm::dvec3 back = behind.at(i / 4);
+      bool differs = false;
       for (int c = 0; c < 3; ++c) {
         const double light = double(rgba[i + std::size_t(c)]);
         if (light == 0 && (left == 1 || !scene.background)) continue;
-        if (std::abs(code(light + left * back[c]) - code(back[c])) > half_code<double>) return true;
+        differs |= std::abs(code(light + left * back[c]) - code(back[c])) > half_code<double>;
       }
+      count += differs;
     }
-    return false;
+    return count;
   };
-  seen.differs = differs(scene.exposure ? std::exp2(*scene.exposure) : whole);
-  seen.has_contrast = seen.differs || differs(whole);
+  seen.different = different(scene.exposure ? std::exp2(*scene.exposure) : whole, enough);
+  seen.has_contrast = seen.different > 0 || different(whole, 0) > 0;
   return seen;
 }
 
@@ -212,12 +243,41 @@ std::string why_lost(const View& view) {
                        : ", are too small for float32; store the grid in another unit");
 }
 
+namespace {
+
+/// Says that next to nothing is seen, and why; empty where the scene has chosen what is.
+std::string nearly_empty(const View& view, std::size_t different, std::size_t pixels) {
+  const Scene& scene = view.scene;
+  if (double(different) > least_shown * double(pixels) || !view.medium.others.empty()) return {};
+  for (const char* name :
+       {"camera-position", "camera-target", "zoom", "clip", "clip-plane", "range", "opacity",
+        "transfer-function", "isovalue", "extinction", "holdout"})
+    if (scene.given.contains(name)) return {};
+  const Field& density = *view.medium.density;
+  const glm::ivec3 size = density.active_box.max - density.active_box.min + 1;
+  const double voxels = double(size.x) * size.y * size.z;
+  std::string why;
+  if (double(density.active_voxels) < 1e-3 * voxels)
+    why = ": grid " + in_quotes(density.name) +
+          formatted(" has %.0f voxels among the %.4g of its box", double(density.active_voxels),
+                    voxels);
+  else if (const int longest = std::max({size.x, size.y, size.z});
+           longest > 20 * (size.x + size.y + size.z - longest))
+    why = ": grid " + in_quotes(density.name) +
+          formatted(" is %dx%dx%d voxels, a line", size.x, size.y, size.z);
+  return formatted("the picture is nearly empty, %zu of %zu pixels show something", different,
+                   pixels) +
+         why;
+}
+
+}  // namespace
+
 std::string blank_reason(const View& view, const Image& image) {
   View drawn = view;
   drawn.scene.resolution = {image.width, image.height};
   const Backdrop behind(drawn);
   const Seen seen = what_is_seen(view.scene, image, behind);
-  if (seen.differs) return {};
+  if (seen.different > 0) return nearly_empty(view, seen.different, image.rgba().size() / 4);
   const bool empty = seen.opacity <= least_light;
   const Medium& medium = view.medium;
   if (empty && medium.density->active_voxels == 0 && medium.others.empty())
@@ -236,7 +296,10 @@ std::string blank_reason(const View& view, const Image& image) {
     why = std::string("no ray meets anything that attenuates or glows") +
           (view.scene.clip || view.scene.clip_plane ? " within the clip" : "") +
           (view.scene.holdout.empty() ? "" : " in front of the holdout") +
-          "; --look plain --mode mip shows where the values are";
+          (view.scene.given.contains("mode")   ? ""
+           : view.scene.given.contains("look") ? "; --mode mip shows where the values are"
+                                               : "; --look plain --mode mip shows where the values "
+                                                 "are");
   return (empty ? "the picture is empty: " : "the picture is black: ") + why;
 }
 

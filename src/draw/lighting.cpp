@@ -3,10 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <unordered_set>
 
 #include "draw/light_trials.h"
+#include "field/field_index.h"
+#include "field/index_space.h"
 #include "march/light_lattice.h"
 #include "march/volume_depths.h"
+#include "scene/cuts.h"
 
 namespace psivox {
 namespace {
@@ -48,6 +52,25 @@ std::vector<glm::ivec3> blocks_of(const View& view, const MediumAtlas* atlas, co
   if (atlas)
     if (auto blocks = visible_blocks(density, options, atlas->density)) return std::move(*blocks);
   return visible_blocks(density, options);
+}
+
+/// Blocks whose voxels a field's values along rays are interpolated from.
+std::unordered_set<glm::ivec3, VoxelHash> blocks_along(const Field& field,
+                                                       std::span<const WorldRay> rays) {
+  std::unordered_set<glm::ivec3, VoxelHash> blocks;
+  const glm::dmat4 to_index = glm::inverse(field.world_from_index);
+  const Box domain = field.domain();
+  for (const WorldRay& ray : rays) {
+    const glm::dvec3 from(to_index * glm::dvec4(ray.origin, 1));
+    const glm::dvec3 way = glm::normalize(glm::dmat3(to_index) * ray.direction);
+    const glm::dvec2 in = interval_in(domain.min, domain.max, from, way);
+    // a point is half a voxel away at most: from its cell's neighbours too
+    for (double t = std::max(in.x, 0.0); t <= in.y + 1; ++t) {
+      const glm::ivec3 cell(glm::floor(from + t * way));
+      for (int i = 0; i < 8; ++i) blocks.insert((cell - 1 + 3 * cube_corner(i)) & ~7);
+    }
+  }
+  return blocks;
 }
 
 }  // namespace
@@ -99,11 +122,16 @@ void Lighting::compute(const View& wanted, const LightSource& source, LightNeed 
   *this = std::move(next);
 }
 
-Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas) const {
+Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas,
+                              std::span<const WorldRay> rays, const Progress& progress) const {
   if (medium_ && std::all_of(beams_.begin(), beams_.end(), exact)) return *medium_;
   const View view = seen(wanted);
   const VolumeDepths depths(view, &atlas);
-  return lit(view, [&](std::size_t volume) { return depths.at(volume); }).medium;
+  const auto crossed = blocks_along(*view.medium.density, rays);
+  return lit(
+             view, [&](std::size_t volume) { return depths.at(volume); }, progress,
+             [&](const glm::ivec3& block) { return crossed.contains(block); })
+      .medium;
 }
 
 void Lighting::replace(const View& wanted, const LightSource& source, LightNeed need,

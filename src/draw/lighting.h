@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 
 #include "draw/light_pilots.h"
 #include "march/marcher.h"
@@ -35,8 +36,9 @@ class Lighting {
   void compute(const View& wanted, const LightSource& source, LightNeed need,
                const Progress& progress);
 
-  /// The medium in exact light, for comparisons.
-  Medium exact_medium(const View& wanted, const MediumAtlas& atlas) const;
+  /// The medium in exact light, for comparisons along some rays: the rest of it may be dark.
+  Medium exact_medium(const View& wanted, const MediumAtlas& atlas, std::span<const WorldRay> rays,
+                      const Progress& progress) const;
 
   /// Forgets the light, so that it takes no memory beside the next.
   void forget() { medium_.reset(); }

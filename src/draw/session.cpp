@@ -222,7 +222,10 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (!marcher.marches() && wanted.scene.tolerance)
     drawn.notices.emplace_back("--renderer reference ignores --tolerance");
   if (wanted.scene.shows(Shows::surface) && (wanted.scene.sky || !wanted.scene.environment.empty()))
-    drawn.notices.emplace_back("--sky and --environment do not light an isosurface; --light does");
+    drawn.notices.emplace_back(
+        std::string(wanted.scene.sky ? "--sky does" : "--environment does") +
+        " not light an isosurface" +
+        (wanted.scene.given.contains("light") ? "" : "; --light X,Y,Z does"));
   if (!parts.whole() && parts.team().size() == 1)
     drawn.notices.push_back("the volume is drawn in " + std::to_string(parts.split().own.count()) +
                             (parts.split().own.count() == 1 ? " part" : " parts") +
@@ -336,14 +339,20 @@ std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pi
   return pick_point(view, impl_->atlas.of(impl_->view, view.scene.texel, times), pixel);
 }
 
-CheckedError Session::check_error(const Image& picture, int pixels, const Progress& progress) {
+CheckedError Session::check_error(const Image& picture, int pixels, const StageProgress& progress) {
   View view = impl_->viewed({});
+  const Stopwatch watch;
   if (impl_->lighting) {
     PreparationTimes times;
-    view.medium =
-        impl_->lighting->exact_medium(view, impl_->atlas.of(view, view.scene.texel, times));
+    view.medium = impl_->lighting->exact_medium(
+        view, impl_->atlas.of(view, view.scene.texel, times), checked_rays(view, picture, pixels),
+        of_stage(progress, Stage::lighting));
   }
-  return check_pixels(view, picture, pixels, progress);
+  const double light_ms = watch.ms();
+  CheckedError error = check_pixels(view, picture, pixels, of_stage(progress, Stage::checking));
+  error.light_ms = light_ms;
+  error.reference_ms = watch.ms() - light_ms;
+  return error;
 }
 
 }  // namespace psivox

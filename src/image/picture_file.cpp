@@ -15,14 +15,33 @@
 namespace psivox {
 namespace {
 
-/// Tells of codes that are brighter than white; empty if they are few.
-std::string clipping_notice(std::size_t clipped, const Image& image, const Scene& scene) {
-  const double share = double(clipped) / double(image.rgba().size() / 4);
-  if (share <= 0.01) return {};
-  std::string advice = "--exposure auto";
-  if (scene.tone_map == ToneMap::none) advice += ", perhaps with --tone-map filmic,";
-  return percent_text(share) + " of the pixels are brighter than white; " + advice +
-         " shows their light";
+/// More than this part of the pixels being brighter than white is said.
+constexpr double few_pixels = 0.01;
+
+/// Tells of codes that are brighter than white, `clipped` of them before there is a background;
+/// empty if they are few. `asked`: the scene before an exposure was chosen.
+std::string clipping_notice(std::size_t clipped, const Image& image, const Scene& asked,
+                            const PictureFile& file, const WriteOptions& format) {
+  const auto pixels = double(image.rgba().size() / 4);
+  if (double(clipped) <= few_pixels * pixels) return {};
+  WriteOptions filmic = format;
+  filmic.display.tone_map = ToneMap::filmic;
+  const auto open = [&](const char* name) { return !asked.given.contains(name); };
+  std::string advice;
+  if (asked.exposure && open("exposure"))
+    advice = "; --exposure auto shows their light";
+  else if (asked.tone_map == ToneMap::none && open("tone-map") && !asked.uses_ocio() &&
+           double(clipping(image, file.path, filmic).clipped) <= few_pixels * pixels)
+    advice = "; --tone-map filmic shows their light";
+  return percent_text(double(clipped) / pixels) + " of the pixels are brighter than white" + advice;
+}
+
+/// Chooses the exposure that the scene leaves open, by the light in front of the background.
+/// Returns what to say.
+std::string choose_exposure(const Image& image, Scene& scene) {
+  if (scene.exposure) return {};
+  scene.exposure = auto_exposure(image, scene.tone_map);
+  return "exposure " + formatted("%.3g", *scene.exposure) + ", chosen by auto";
 }
 
 /// Returns why there is no bar.
@@ -88,10 +107,7 @@ std::vector<std::string> complete_picture(Image& image, Scene& scene, const Lege
   const auto say = [&](const std::string& notice) {
     if (!notice.empty()) notices.push_back(notice);
   };
-  if (!scene.exposure && codes) {
-    scene.exposure = auto_exposure(image, scene.tone_map);
-    say("exposure " + formatted("%.3g", *scene.exposure) + ", chosen by auto");
-  }
+  if (codes) say(choose_exposure(image, scene));
   if (scene.background) add_background(image, scene.background->color, legend.behind);
   if (!codes) return notices;
   resolve_ocio(scene);
@@ -106,11 +122,20 @@ WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
                              const std::string& renderer, const PictureFile& file) {
   WriteOptions format = file.format;
   const bool codes = holds_codes(file.path, format);
-  WrittenPicture written{complete_picture(image, scene, legend, codes)};
+  WrittenPicture written;
   const auto say = [&](const std::string& notice) {
     if (!notice.empty()) written.notices.push_back(notice);
   };
-  if (codes) format.display = display_of(scene);
+  const Scene asked = scene;
+  if (codes) {
+    say(choose_exposure(image, scene));
+    resolve_ocio(scene);
+    format.display = display_of(scene);
+  }
+  // the background may be as bright as it likes
+  written.clipped = clipping(image, file.path, format).clipped;
+  const std::string too_bright = clipping_notice(written.clipped, image, asked, file, format);
+  for (const std::string& notice : complete_picture(image, scene, legend, codes)) say(notice);
   image.metadata = picture_metadata(file, scene);
   image.metadata["psivox:renderer"] = renderer;
   if (scene.camera_position && scene.camera_target && scene.camera_up) {
@@ -121,8 +146,7 @@ WrittenPicture write_picture(Image& image, Scene scene, const Legend& legend,
   const Stopwatch writing;
   say(write_image(image, file.path, format));
   written.write_ms = writing.ms();
-  written.clipped = clipping(image, file.path, format).clipped;
-  say(clipping_notice(written.clipped, image, scene));
+  say(too_bright);
   std::error_code not_a_file;
   const std::uintmax_t bytes = std::filesystem::file_size(file.path, not_a_file);
   written.bytes = not_a_file ? 0 : bytes;

@@ -315,12 +315,13 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
 
 namespace {
 
-/// The medium of a view in the light of beams, in all of its visible blocks.
+/// The medium of a view in the light of beams, in those of its visible blocks that are wanted.
 Medium lit_medium(const View& view, std::vector<Beam> beams, const LightDepths& depths,
-                  const Progress& progress = {}) {
+                  const Progress& progress = {}, const WantBlock& want = {}) {
   const auto all = visible_blocks(*view.medium.density, density_options(view));
-  std::vector<std::size_t> wanted(all.size());
-  std::iota(wanted.begin(), wanted.end(), std::size_t{0});
+  std::vector<std::size_t> wanted;
+  for (std::size_t n = 0; n < all.size(); ++n)
+    if (!want || want(all[n])) wanted.push_back(n);
   return LitLuminance(view, std::move(beams)).medium({all, wanted}, depths, progress);
 }
 
@@ -341,12 +342,12 @@ void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt&
   }
 }
 
-View lit(View view, const DepthsAt& depths_at, const Progress& progress) {
+View lit(View view, const DepthsAt& depths_at, const Progress& progress, const WantBlock& wanted) {
   if (!view.medium.light) return view;
   std::vector<Beam> beams = light_beams(view);
   for (const Beam& beam : sky_beams(view, exact_sky_count)) beams.push_back(beam);
   const View dark = view;
-  view.medium = lit_medium(dark, beams, depths_at(0), progress);
+  view.medium = lit_medium(dark, beams, depths_at(0), progress, wanted);
   light_others(dark, beams, depths_at, view.medium, progress);
   return view;
 }

@@ -187,9 +187,13 @@ using DepthsAt = std::function<LightDepths(std::size_t volume)>;
 void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt& depths_at,
                   Medium& lit, const Progress& progress = {});
 
+/// Whether light is asked for in a block of the first volume.
+using WantBlock = std::function<bool(const glm::ivec3& block)>;
+
 /// The view in the light of its beams and, if it has a sky, of exact_sky_count directions, all
-/// exact.
-View lit(View view, const DepthsAt& depths_at, const Progress& progress = {});
+/// exact. `wanted`: where; unset: everywhere. The further volumes are lit everywhere.
+View lit(View view, const DepthsAt& depths_at, const Progress& progress = {},
+         const WantBlock& wanted = {});
 /// That of a view with one volume.
 View lit(View view, const LightDepths& depths, const Progress& progress = {});
 

@@ -214,6 +214,17 @@ Layer error_layer(const Image& picture, const Image& better, const Backdrop& beh
   return layer;
 }
 
+std::vector<WorldRay> checked_rays(const View& view, const Image& picture, int pixels) {
+  const glm::ivec2 size(picture.width, picture.height);
+  std::vector<WorldRay> rays;
+  for (const glm::ivec2& place : stratified_pixels(size, pixels))
+    for (int i = 0; i < view.scene.pixel_samples; ++i) {
+      const glm::dvec2 at = glm::dvec2(place) + pixel_sample(i, view.scene.pixel_samples);
+      rays.push_back(camera_ray(view.camera, size, at.x, at.y));
+    }
+  return rays;
+}
+
 CheckedError check_pixels(const View& view, const Image& picture, int pixels,
                           const Progress& progress) {
   const std::vector<glm::ivec2> places = stratified_pixels({picture.width, picture.height}, pixels);

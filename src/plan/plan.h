@@ -75,6 +75,9 @@ ErrorSum seen_errors(const Image& picture, const Image& truth, const Backdrop& b
 Layer error_layer(const Image& picture, const Image& better, const Backdrop& behind = {},
                   double common = 0);
 
+/// The rays of the pixels that check_pixels compares.
+std::vector<WorldRay> checked_rays(const View& view, const Image& picture, int pixels);
+
 /// Session::check_error for any view.
 CheckedError check_pixels(const View& view, const Image& picture, int pixels,
                           const Progress& progress = {});

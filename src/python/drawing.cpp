@@ -203,8 +203,8 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
     lease_->large = drawn.atlas.bytes() > large_atlas;
     std::optional<CheckedError> checked;
     if (wanted.check_error > 0)
-      checked =
-          session_->check_error(drawn.image, wanted.check_error, [&](double) { progress(1); });
+      checked = session_->check_error(drawn.image, wanted.check_error,
+                                      [&](Stage, double) { progress(1); });
     const bool by_look = !gives_background_ && !words.give("background");
     std::string page;
     if (wanted.page) {

@@ -220,7 +220,7 @@ class StudyRun {
 
   /// Says how long a new study takes.
   void forecast() {
-    constexpr int short_pixels = 256 * 256;
+    constexpr int short_pixels = 64 * 64;
     const Variant& tried = plan_.variants[plan_.variants.size() / 2];
     const glm::ivec2 size = scene_of(tried, pictures_.scene).resolution;
     if (!options_.say || tried.tolerance || size.x * size.y < short_pixels ||
