@@ -127,7 +127,8 @@ Rows look_rows() {
        "factor A of the extinction at places U of the range, 0 to 1: 0:0,0.3:0.1,1:1",
        &Scene::opacity, any, "none"},
       {"classification", enum_metavar<Classification>(), "", "",
-       "apply the function after (post) or before (pre) the interpolation, or to the nearest voxel",
+       "apply the function after (post) or before (pre) the interpolation, or to the nearest voxel; "
+       "in light, post applies its colours at voxels, as light is",
        &Scene::classification},
       own_or_scenes({"luminance", "COLOUR", "", "1,1,1; 0,0,0 with --light alone",
                      "luminance of the medium; a grid or a function multiplies it",
@@ -251,7 +252,9 @@ Rows accuracy_rows() {
       march_only(common(
           {"tolerance", "E", "radiance, opacity",
            number_text(default_tolerance) + ", unless --step or another option sets the method",
-           "largest RMS error over R, G, B and A; psivox chooses the method for it",
+           "largest RMS error over R, G, B and A; psivox chooses the method for it. Light is "
+           "computed "
+           "at voxels and interpolated: how it varies between them does not count",
            &Scene::tolerance, above_0, "none"})),
       march_only({"early-termination", "T", "transmittance", "1/16384, or at most --tolerance / 4",
                   "end a ray below this transmittance; 0: never", &Scene::early_termination,
