@@ -291,7 +291,7 @@ TEST(LightThrough, CountsWhatShinesWithoutDensity) {
     brightest = std::max(brightest, double(truth.rgba()[4 * truth.index(pixel.x, pixel.y)]));
   EXPECT_GE(brightest, 0.5 * double(std::ranges::max(truth.rgba())));
   // it counts for the bricks in that part of the picture
-  const SeenPixel spark{{24, 8}, 70};
+  const SeenPixel spark{{24, 8}, glm::vec4(70, 1, 1, 0)};
   const std::vector<double> through =
       light_through(view, atlas, Backdrop(view), std::span(&spark, 1));
   EXPECT_EQ(std::ranges::max(through), 70);

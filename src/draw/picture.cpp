@@ -135,8 +135,11 @@ void Picture::march() {
 void Picture::confirm_plan() {
   if (!plan_) return;
   const std::optional<double>& tolerance = view_.scene.tolerance;
-  if (wish_.confirm && marcher_.marcher().rounds() && plan_->rays > 0)
-    confirm(*plan_, marcher_.render(pilot_view(marched()), pilot_options()).image);
+  if (wish_.confirm && marcher_.marcher().rounds() && plan_->rays > 0) {
+    const bool one_ray = view_.scene.pixel_samples == 1 && drawn_.image.pixels() > 0;
+    confirm(*plan_, marcher_.render(pilot_view(marched()), pilot_options()).image,
+            one_ray ? &drawn_.image : nullptr);
+  }
   const double rms = plan_->chosen.rms;
   if (wish_.time_budget_ms && !plan_->reached)
     drawn_.notices.push_back(formatted(

@@ -65,7 +65,7 @@ class LightBounds {
     const glm::ivec2 from = first * size / glow_parts;
     const glm::ivec2 to = ((first + 1) * size + glow_parts - 1) / glow_parts;
     each({from, to - from},
-         [&](std::size_t i) { bounds_[i] = std::max(bounds_[i], seen.radiance); });
+         [&](std::size_t i) { bounds_[i] = std::max(bounds_[i], seen.radiance()); });
   }
   double greatest(const Box& box) const {
     double most = 1;
@@ -122,6 +122,14 @@ Glow brightest_voxel(const BrickAtlas& atlas, const Box& box, std::optional<std:
   return {double(*most), box.min + glm::ivec3(texel / (n * n), texel / n % n, texel % n)};
 }
 
+/// Adds 8 x 8 pixels of a rectangle, or all of a smaller one.
+void add_spread(const PixelBox& box, std::vector<glm::ivec2>& pixels) {
+  const glm::ivec2 count = glm::min(box.size, glm::ivec2(8));
+  for (int y = 0; y < count.y; ++y)
+    for (int x = 0; x < count.x; ++x)
+      pixels.push_back(box.origin + (2 * glm::ivec2(x, y) + 1) * box.size / (2 * count));
+}
+
 /// Of 0, too.
 ValueRange range_of(const BrickAtlas& atlas) {
   ValueRange range;
@@ -173,6 +181,14 @@ std::vector<glm::ivec2> glowing_pixels(const View& view, const MediumAtlas& atla
   std::vector<glm::ivec2> pixels;
   for (const Target& target : targets)
     if (target.radiance > 0) pixels.push_back(target.pixel);
+  for (const Medium& other : view.medium.others) {
+    at.set_field(other.density);
+    add_spread(at.of(other.density->domain()), pixels);
+    for (const Emission& own : other.emission) {
+      at.set_field(own.field);
+      add_spread(at.of(own.field->domain()), pixels);
+    }
+  }
   return pixels;
 }
 

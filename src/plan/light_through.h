@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <glm/vec2.hpp>
+#include <glm/vec4.hpp>
 #include <span>
 #include <vector>
 
@@ -9,14 +11,16 @@
 
 namespace psivox {
 
-/// Pixels whose rays meet the voxels that emit most, without what is in front of them: at most one
-/// in each of 64 parts of the picture.
+/// Pixels whose rays meet what may be bright: of the voxels that emit most, at most one in each of
+/// 64 parts of the picture, and 64 of each further volume.
 std::vector<glm::ivec2> glowing_pixels(const View& view, const MediumAtlas& atlas);
 
-/// What a ray of one of these shows, in its brightest channel.
+/// What the ray of one of these shows.
 struct SeenPixel {
   glm::ivec2 pixel{0};
-  double radiance = 0;
+  glm::vec4 picture{0};  ///< R G B A
+
+  double radiance() const { return double(std::max({picture.x, picture.y, picture.z})); }
 };
 
 /// By slot of the density's bricks: the greatest radiance that comes to the camera through each, at

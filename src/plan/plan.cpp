@@ -37,7 +37,8 @@ MarchPlan plan_of(Trials& trials, const Trial& chosen, bool reached) {
                                                            truth,
                                                            {},
                                                            trials.pilot().behind(),
-                                                           trials.through()});
+                                                           trials.through(),
+                                                           trials.unmet()});
   return plan;
 }
 
@@ -180,11 +181,27 @@ MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
   return plan_of(trials, *best, best->cost <= most);
 }
 
-void confirm(MarchPlan& plan, const Image& drawn) {
-  const ErrorSum errors = seen_errors(drawn, plan.march->truth, plan.march->behind);
+void confirm(MarchPlan& plan, const Image& drawn, const Image* picture) {
+  const PlannedMarch& march = *plan.march;
+  ErrorSum errors = seen_errors(drawn, march.truth, march.behind);
+  double rms = errors.rms();
+  if (picture && !march.unmet.empty()) {
+    const Backdrop behind(march.view);
+    ErrorSum bright;
+    for (const SeenPixel& seen : march.unmet) {
+      const std::size_t at = picture->index(seen.pixel.x, seen.pixel.y);
+      glm::dvec4 difference;
+      for (int c = 0; c < 4; ++c)
+        difference[c] = double(picture->rgba()[4 * at + std::size_t(c)]) - double(seen.picture[c]);
+      difference = behind.seen(difference, at);
+      for (int c = 0; c < 4; ++c) bright.add(difference[c], at);
+    }
+    rms = std::hypot(rms, std::sqrt(bright.squares / (4 * double(picture->pixels()))));
+    errors += bright;
+  }
   const double broken = std::numeric_limits<double>::infinity();
   const bool finite = std::isfinite(errors.squares);
-  plan.chosen.rms = finite ? std::hypot(errors.rms(), plan.light_rms) : broken;
+  plan.chosen.rms = finite ? std::hypot(rms, plan.light_rms) : broken;
   plan.chosen.max = finite ? errors.max + plan.light_max : broken;
 }
 

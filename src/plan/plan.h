@@ -3,6 +3,7 @@
 #include "base/statistics.h"
 #include "march/marcher.h"
 #include "medium/backdrop.h"
+#include "plan/light_through.h"
 
 namespace psivox {
 
@@ -13,7 +14,8 @@ struct PlannedMarch {
   Image truth;               ///< the pilot's rays, exact in double; empty if no method was tried
   CodeWidths code_widths{};  ///< null: float32
   Backdrop behind{};         ///< the pilot's rays
-  std::vector<double> through{};  ///< see light_through
+  std::vector<double> through{};   ///< see light_through
+  std::vector<SeenPixel> unmet{};  ///< see Trials::unmet
 };
 
 /// Finds the cheapest method for `view` whose RMS error over R G B A is at most its scene's
@@ -55,8 +57,10 @@ View exact_view(const View& view);
 View pilot_view(const View& view);
 
 /// Replaces the plan's estimate by the error of the pilot's rays as the device drew them. `drawn`
-/// is pilot_view of the plan's view, with its brick steps. The plan must have a pilot.
-void confirm(MarchPlan& plan, const Image& drawn);
+/// is pilot_view of the plan's view, with its brick steps. The plan must have a pilot. Of a
+/// `picture` with one ray in a pixel, the bright pixels that no ray of the pilot lets expect count
+/// too, each for itself.
+void confirm(MarchPlan& plan, const Image& drawn, const Image* picture = nullptr);
 
 /// Error that is left when a marcher draws a view exactly: arithmetic, what the most exact method
 /// leaves, and the rounding of pixels to float32. `drawn` is the marcher's picture of the exact

@@ -121,7 +121,8 @@ Trials::Trials(const View& view, const Backdrop& behind, const MediumAtlas& atla
       atlas_(atlas),
       tolerance_(tolerance),
       pilot_(exactly(view, truth_termination), exactly(view, 1), behind, atlas, progress),
-      through_(light_through(view, atlas, behind, unmet_light(progress))),
+      unmet_(unmet_light(progress)),
+      through_(light_through(view, atlas, behind, unmet_)),
       last_errors_(pilot_.even_order().size()) {}
 
 std::vector<SeenPixel> Trials::unmet_light(const Progress& progress) const {
@@ -131,9 +132,8 @@ std::vector<SeenPixel> Trials::unmet_light(const Progress& progress) const {
   PixelMarch(exactly(view_, truth_termination), atlas_).march(pixels, rays, progress);
   std::vector<SeenPixel> seen;
   for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const glm::vec4& light = rays[i].picture;
-    const double radiance = double(std::max({light.x, light.y, light.z}));
-    if (radiance > brightness_share * pilot_.brightest()) seen.push_back({pixels[i], radiance});
+    const SeenPixel pixel{pixels[i], rays[i].picture};
+    if (pixel.radiance() > brightness_share * pilot_.brightest()) seen.push_back(pixel);
   }
   return seen;
 }

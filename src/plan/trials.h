@@ -122,6 +122,8 @@ class Trials {
 
   const View& view() const { return view_; }
   const Pilot& pilot() const { return pilot_; }
+  /// Pixels that are brighter than what the pilot's rays let expect.
+  const std::vector<SeenPixel>& unmet() const { return unmet_; }
   /// See light_through.
   const std::vector<double>& through() const { return through_; }
   std::vector<Trial> done() const;
@@ -150,7 +152,6 @@ class Trials {
   double cost_by(Integrator rule, const Trial& trial);
 
  private:
-  /// Pixels that are brighter than what the pilot's rays let expect.
   std::vector<SeenPixel> unmet_light(const Progress& progress) const;
   StepBounds& bounds();
   ErrorLimits limits() const;
@@ -167,6 +168,7 @@ class Trials {
   const MediumAtlas& atlas_;
   double tolerance_;
   Pilot pilot_;
+  std::vector<SeenPixel> unmet_;
   std::vector<double> through_;
   std::optional<StepBounds> bounds_;
   std::vector<Attempt> attempts_;
