@@ -54,7 +54,7 @@ TEST(Plot, PageHoldsItsData) {
   plot.series.push_back(
       {{{2, 0.25, "b"}}, Ink{200, 0, 0}, Shape::ring, true, {"Pareto front"}, /*front=*/true});
   const std::filesystem::path folder = testing::TempDir();
-  const std::string html = write_plot(plot, folder);
+  const std::string html = write_plot(plot, folder).str();
   EXPECT_TRUE(has(html, "<h3>a &lt; b</h3><a href=\"name.svg\">"));
   EXPECT_TRUE(has(html, read_text((folder / "name.svg").string(), "plot")));
 
