@@ -267,7 +267,7 @@ TEST_F(MarchLayers, TheErrorLayerHoldsWhatBothPicturesShare) {
     const MediumAtlas atlas = build_medium_atlas(view);
     const Image picture = render_gl(view, atlas).image;
     const CheckedError left = exact_error(view, render_gl(pilot_view(view), atlas).image);
-    const Layer error = error_layer(picture, picture, left.rms);
+    const Layer error = error_layer(picture, picture, {}, left.rms);
     const double layer_rms = double(error.values.front());  // the same everywhere
     const double rms = difference("reference", picture, render_reference(view).image).rms;
     EXPECT_GT(rms, 1e-9);

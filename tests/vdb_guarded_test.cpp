@@ -168,7 +168,7 @@ void expect_same_as_in_place(const std::filesystem::path& path) {
   ASSERT_TRUE(guarded);
   EXPECT_EQ(packed(in_place->facts(), in_place->info("", true), in_place->info("", false)),
             packed(guarded->facts(), guarded->info("", true), guarded->info("", false)));
-  for (const auto& [grid, base, channels, type, of_class] : in_place->facts().grids) {
+  for (const auto& [grid, base, channels, type, of_class, place] : in_place->facts().grids) {
     EXPECT_EQ(content_of(*in_place, grid), content_of(*guarded, grid)) << grid;
     for (const GridRole role : {GridRole::data, GridRole::attenuation}) {
       for (const bool distances : {false, true}) {
