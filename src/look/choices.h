@@ -26,7 +26,7 @@ bool is_mostly_low(const Field& density);
 /// Whether values of both signs matter: the lower ones reach a twentieth of the greatest magnitude.
 bool is_signed(const Field& density);
 
-/// Whether the values are labels: few whole numbers, of a type of whole numbers or at least three,
+/// Whether the values are labels: few different ones, of a type of whole numbers or at least three,
 /// which fill bodies of voxels and do not pass from one to the next.
 bool is_labels(const Field& density);
 

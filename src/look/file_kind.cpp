@@ -111,11 +111,6 @@ constexpr double least_side = 0.05;
 /// Faulty voxels below 0 are fewer than this part of all.
 constexpr double rare = 1e-3;
 
-bool are_whole(const std::vector<SampledVoxel>& sample) {
-  return std::ranges::all_of(
-      sample, [](const SampledVoxel& some) { return some.value == std::floor(some.value); });
-}
-
 /// Different values of a sample, ascending.
 std::vector<float> values_in(const Field& density) {
   std::vector<float> values;
@@ -166,14 +161,17 @@ bool is_scan(const Field& density, bool known_fog) {
 }
 
 bool is_labels(const Field& density) {
-  constexpr std::size_t most_labels = 512, few = 3, sample = 8192;
+  constexpr std::size_t most_labels = 4096, few = 3, sample = 8192;
   constexpr double alike = 0.6, steps = 0.5;
   const std::string& type = density.value_type;
   const bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
   if (type == "points" || density.channels > 1 || density.reader) return false;
-  if (!whole && !are_whole(sample_voxels(density, sample))) return false;
+  if (!whole && values_in(density).size() > 255) return false;
   const auto counts = label_counts(density, most_labels);
   if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
+  double least_step = HUGE_VAL;
+  for (auto label = counts->begin(); std::next(label) != counts->end(); ++label)
+    least_step = std::min(least_step, double(std::next(label)->first) - double(label->first));
   FieldCursor values(density);
   double pairs = 0, same = 0, next = 0;
   for (const SampledVoxel& some : sample_voxels(density, sample))
@@ -184,7 +182,7 @@ bool is_labels(const Field& density) {
       if (value == 0 || std::isnan(value)) continue;
       ++pairs;
       same += step == 0;
-      next += step == 1;
+      next += step > 0 && step < 1.5 * least_step;
     }
   const bool passes = counts->size() > 8 && next > steps * (pairs - same);
   return pairs == 0 || (same >= alike * pairs && !passes);

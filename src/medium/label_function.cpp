@@ -17,15 +17,15 @@
 namespace psivox {
 namespace {
 
-/// A sum that gives up on values that are no labels.
+/// A sum that gives up on too many values.
 struct Counting {
   LabelCounts counts;
   bool labels = true;
 
   void add(float value, std::uint64_t voxels, std::size_t most) {
     if (!labels || !is_active(value)) return;
-    labels = value == std::floor(value) && counts.size() <= most;
     counts[value] += voxels;
+    labels = counts.size() <= most;
   }
 };
 
@@ -48,8 +48,8 @@ double between(float a, float b) { return 0.5 * (double(a) + double(b)); }
 LabelCounts checked_counts(const Field& field) {
   if (const auto counts = label_counts(field); counts && !counts->empty()) return *counts;
   throw Error(ExitCode::input, "grid " + in_quotes(field.name) +
-                                   " has no labels: --colormap labels needs whole numbers, at most "
-                                   "65536 different ones");
+                                   " has no labels: --colormap labels needs values other than 0, at "
+                                   "most 65536 different ones");
 }
 
 std::uint64_t most_voxels(const LabelCounts& counts) {
@@ -99,12 +99,18 @@ TransferFunction label_function(const Field& field) {
   LabelCounts counts = checked_counts(field);
   const auto largest = double(most_voxels(counts));
   const bool one = counts.size() == 1;
+  const bool whole = std::ranges::all_of(
+      counts, [](const auto& label) { return label.first == std::floor(label.first); });
   constexpr double most = 64;  // of attenuation: a label of a few voxels
   const glm::dvec3 bone(0.8, 0.75, 0.66);
+  // labels that were divided by the greatest are told by their rank
+  const auto number = [&](float label) {
+    return whole ? double(label) : double(std::distance(counts.begin(), counts.find(label)));
+  };
   const auto shown = [&](float label, std::uint64_t voxels, double value) {
     if (label == 0) return TransferPoint{value, 0, glm::dvec3(0)};
     return TransferPoint{value, std::min(most, std::cbrt(largest / double(voxels))),
-                         one ? bone : label_color(double(label))};
+                         one ? bone : label_color(number(label))};
   };
   counts.emplace(0.0f, 1);
   std::vector<TransferPoint> points;

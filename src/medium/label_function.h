@@ -10,8 +10,7 @@
 
 namespace psivox {
 
-/// How many voxels have each value other than 0. Unset if there are more than `most` values, or one
-/// is no whole number.
+/// How many voxels have each value other than 0. Unset if there are more than `most` values.
 using LabelCounts = std::map<float, std::uint64_t>;
 std::optional<LabelCounts> label_counts(const Field& field, std::size_t most = 65536);
 
