@@ -26,7 +26,9 @@ real4 knot_head(int k) { return knot_entry(k, 0); }
 real knot_value(int k) { return knot_head(k).x; }
 real4 knot_color_entry(int k) { return knot_entry(k, 1); }
 real3 knot_color(int k) { return real3(knot_color_entry(k)); }
-// Integrals from the first knot to this one: of the attenuation, and of it times the colour.
+// Integrals from the first knot to this one, over the function's range: of the attenuation, and of it
+// times the colour.
+real range_unit() { return transfer_bin_scale / real(transfer_bins); }
 real knot_integral(int k) { return knot_color_entry(k).w; }
 real3 knot_color_integral(int k) { return real3(knot_entry(k, 3)); }
 
@@ -182,7 +184,8 @@ Average interval_mean(int k, real from, real to) {
 }
 Average interval_integral(int k, real from, real to) {
   Average mean = interval_mean(k, from, to);
-  return Average(mean.attenuation * (to - from), mean.source * (to - from));
+  real part = (to - from) * range_unit();
+  return Average(mean.attenuation * part, mean.source * part);
 }
 
 // By integral functions, kept from cancelling: whole intervals are the difference of two knots'
@@ -197,8 +200,8 @@ Average transfer_average(real front, real back) {
   // nearly equal values: of one interval's linear functions the mean of the ends
   if ((i == k && lo >= first && hi <= last) || hi <= lo) return interval_mean(i, lo, hi);
   // outside the knots the function is constant
-  real below = max(min(hi, first) - lo, real(0.0));
-  real above = max(hi - max(lo, last), real(0.0));
+  real below = max(min(hi, first) - lo, real(0.0)) * range_unit();
+  real above = max(hi - max(lo, last), real(0.0)) * range_unit();
   real a = clamp(lo, first, last);
   real b = clamp(hi, first, last);
   Average sum = Average(real(0.0), real3(real(0.0)));
@@ -212,7 +215,7 @@ Average transfer_average(real front, real back) {
   }
   Classified c = classify_in(0, first);
   Classified d = classify_in(knots() - 2, last);
-  real length = hi - lo;
+  real length = (hi - lo) * range_unit();
   sum.attenuation = (sum.attenuation + below * c.attenuation + above * d.attenuation) / length;
   sum.source = (sum.source + c.color * (below * c.attenuation)
                 + d.color * (above * d.attenuation)) / length;

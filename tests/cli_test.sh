@@ -68,8 +68,8 @@ code=$?
   fail "closed streams"
 # A look that takes percentiles draws a grid of one value, too.
 t 0 - render "$assets/slab.vdb" -o b.exr --resolution 32x32 -q --look scan
-t 0 "isovalue 0.504, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
-t 0 "--isovalue=0.50390625, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32 -v
+t 0 "isovalue 0.254, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32
+t 0 "--isovalue=0.25439453125, chosen by auto" render "$S" -o a.exr --mode isosurface --resolution 32x32 -v
 t 2 "is a volume, not a scene" render --scene "$S" -o a.exr
 t 0 "look colors" render "$S" -o a.exr --resolution 32x32 --grid color
 t 0 "look vectors" render "$S" -o a.exr --resolution 32x32 --grid color --colormap hot

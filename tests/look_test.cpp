@@ -86,6 +86,12 @@ TEST(Look, IsWhatOptionsLeave) {
     Scene other = beside("tiles.vdb", {{"background", color}}).scene;
     EXPECT_NE(other.background, smoke.background);
     other.background = smoke.background;
+    if (std::string(color) == "1,1,1") {  // before white, smoke is dark
+      EXPECT_LT(other.albedo.x, 0.5);
+      EXPECT_LT(other.luminance->x, smoke.luminance->x);
+      other.albedo = smoke.albedo;
+      other.luminance = smoke.luminance;
+    }
     EXPECT_EQ(to_json(other), to_json(smoke)) << color;
   }
   EXPECT_FALSE(beside("tiles.vdb", {{"background", "none"}}).scene.background);

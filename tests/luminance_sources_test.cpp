@@ -10,6 +10,7 @@
 #include <string>
 
 #include "field_voxels.h"
+#include "medium/luminance_sources.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
@@ -54,6 +55,27 @@ const char* const plain = R"({"points": [
 const char* const foggy = R"({"points": [
   {"value": 0, "attenuation": 0.5, "color": [1, 1, 1]},
   {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})";
+
+/// Bytes, and whole numbers up to 255, are sRGB codes; other colours are linear.
+TEST(LuminanceSources, ColoursOfBytesAreCodes) {
+  const auto colors = [](const glm::vec3& color, const char* type, const char* name) {
+    DenseField made(name, glm::ivec3(2), 3, glm::dmat4(1));
+    std::vector<float> values;
+    for (int i = 0; i < 8; ++i) values.insert(values.end(), {color.x, color.y, color.z});
+    made.add(values);
+    Field field = made.finish();
+    field.value_type = type;
+    const Field linear = linear_colors(std::move(field));
+    return glm::vec3(FieldVoxels(linear)({0, 0, 0}));
+  };
+  const glm::vec3 code(255, 128, 40), half(0.5f, 0.25f, 1);
+  const glm::dvec3 light = linear_from_srgb(glm::dvec3(code) / 255.0);
+  for (const glm::vec3& found : {colors(code, "vec3 of uint8", "rgb"), colors(code, "vec3s", "Cd"),
+                                 colors(code, "vec3i", "Color")})
+    for (int c = 0; c < 3; ++c) EXPECT_NEAR(double(found[c]), light[c], 1e-7);
+  EXPECT_EQ(colors(half, "vec3s", "Cd"), half);
+  EXPECT_EQ(colors(code, "vec3s", "velocity"), code);
+}
 
 TEST(TransferSource, ColoursAreTheLuminance) {
   Scene scene = scene_by(coloured);
@@ -226,9 +248,11 @@ TEST(Modes, LookAtTheirTermsOnly) {
     scene.mode = mode;
     const View view = make_view(scene, fields);
     EXPECT_TRUE(view.medium.emission.empty());
-    EXPECT_EQ(view.medium.luminance, nullptr);
-    EXPECT_EQ(view.medium.source,
-              scene.shows(Shows::value) ? LuminanceSource::transfer : LuminanceSource::constant);
+    const bool surface = scene.shows(Shows::surface);  // grids colour it
+    EXPECT_EQ(view.medium.luminance, surface ? fields.luminance : nullptr);
+    EXPECT_EQ(view.medium.source, surface                     ? LuminanceSource::scalar
+                                  : scene.shows(Shows::value) ? LuminanceSource::transfer
+                                                              : LuminanceSource::constant);
     EXPECT_EQ(view.medium.light, std::nullopt);
     EXPECT_EQ(view.medium.color, glm::dvec3(1, 2, 3));
     EXPECT_EQ(view.scene.extinction.has_value(), mode == Mode::xray);

@@ -284,7 +284,7 @@ TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
   EXPECT_EQ(sequence.first(), 1);
   EXPECT_EQ(sequence.last(), 4);
   EXPECT_EQ(sequence.current(), 2);
-  EXPECT_EQ(sequence.missing(), std::vector<int>{3});
+  EXPECT_EQ(sequence.missing(), std::vector<std::int64_t>{3});
   EXPECT_TRUE(sequence.samples().empty());
   EXPECT_EQ(sequence.next(), 4);
   sequence.go_to(9);
@@ -303,7 +303,7 @@ TEST(Sequence, IsTheFilesThatDifferInTheirLastNumber) {
     EXPECT_EQ(Sequence::of({at(pattern)}).current(), 1) << pattern;
     EXPECT_EQ(Sequence::of({at(pattern)}).samples(), samples) << pattern;
   }
-  EXPECT_EQ(Sequence::of(samples).missing(), std::vector<int>{3});
+  EXPECT_EQ(Sequence::of(samples).missing(), std::vector<std::int64_t>{3});
   EXPECT_EQ(Sequence::of({at("other.vdb"), at("v3_0001.vdb")}).last(), 2);
   EXPECT_THROW(Sequence::of({at("v4_####.vdb")}), Error);
 }

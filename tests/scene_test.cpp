@@ -210,7 +210,7 @@ TEST(Parameters, RefusalNamesOptionTextAndWhatIsExpected) {
   EXPECT_EQ(
       refusal("colormap", "virdis"),
       "--colormap 'virdis': expected none or viridis or inferno or magma or plasma or cividis "
-      "or turbo or coolwarm or gray or hot; did you mean viridis?");
+      "or turbo or coolwarm or gray or hot or labels; did you mean viridis?");
   EXPECT_EQ(refusal("integrator", "psi-wieghted"),
             "--integrator 'psi-wieghted': expected auto or porter-duff or midpoint or average or "
             "linear-luminance or opacity-linear or psi-weighted or psi-balanced or psi-exact or "

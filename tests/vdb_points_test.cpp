@@ -243,7 +243,8 @@ TEST(Activity, ColoursOfAnyBackgroundLightTheActiveVoxels) {
     const double expected[] = {0.5, 0, 0.25};
     for (int c = 0; c < 3; ++c) {
       EXPECT_EQ(colour.voxel({0, 0, 0}, c), expected[c]);
-      EXPECT_EQ(colour.voxel({1, 0, 0}, c), 0);
+      EXPECT_EQ(colour.voxel({1, 0, 0}, c), expected[c]) << "as beside it, so as not to be dark";
+      EXPECT_EQ(colour.voxel({2, 2, 2}, c), 0);
       EXPECT_EQ(colour.voxel({5, 5, 5}, c), background > 0 ? 1 : 0);
     }
     scene.grid = "Cd:x";

@@ -157,6 +157,45 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   EXPECT_NE(message.find("grid 'x' is refused by strict reading: 2 NaN"), std::string::npos);
 }
 
+/// Where a density is read, what is no data stays absent.
+TEST(VdbValues, FillValuesAreNoData) {
+  const auto read = [](float fill, float scale, GridRole role, const ReadOptions& more = {}) {
+    const auto grid = named<FloatGrid>("x");
+    for (int i = 0; i < 1000; ++i)
+      grid->tree().setValue(Coord(i / 100, i / 10 % 10, i % 10),
+                            i < 100 ? fill : scale * float(i) / 1000);
+    ReadOptions options = more;
+    options.role = role;
+    options.absent = true;
+    return VdbFile(write_vdb({grid})).read("x", options);
+  };
+  const float most = std::numeric_limits<float>::max();
+  // ends of float32, climate models, scanners, many programs
+  for (const auto& [fill, scale] : {std::pair(-most, 1.0f),
+                                    {most, 1.0f},
+                                    {5e37f, 1.0f},
+                                    {1e20f, 300.0f},
+                                    {-3024.0f, 3000.0f},
+                                    {-9999.0f, 40.0f}})
+    for (const GridRole role : {GridRole::attenuation, GridRole::data}) {
+      SCOPED_TRACE(fill);
+      const Field field = read(fill, scale, role);
+      EXPECT_TRUE(field.absent);
+      EXPECT_EQ(field.replaced.filled, 100u);
+      EXPECT_TRUE(std::isnan(FieldVoxels(field).voxel({0, 0, 0}, 0)));
+      EXPECT_LE(greatest_value(field), 0.999f * scale);
+      EXPECT_GE(stored_range(field).x, 0);
+      EXPECT_NE(field.notices.at(0).find("100 of "), std::string::npos) << field.notices[0];
+    }
+  // neither undershoots, nor values of both signs, nor number densities in many decades
+  for (const auto& [value, scale] : {std::pair(-0.02f, 1.0f), {-1000.0f, 3e4f}, {1e24f, 1e20f}})
+    EXPECT_FALSE(read(value, scale, GridRole::data).absent) << value;
+  EXPECT_FALSE(read(-3024, 3000, GridRole::data, {.fill = false}).absent);
+  EXPECT_EQ(stored_range(read(-most, 1, GridRole::data, {.fill = false})).x,
+            double(-greatest_magnitude));
+  EXPECT_EQ(read(7, 1, GridRole::data, {.fill = false, .fill_value = 7.0f}).replaced.filled, 100u);
+}
+
 TEST(VdbValues, InfinityAloneBecomesOne) {
   auto grid = named<openvdb::DoubleGrid>("x");
   grid->tree().setValue(Coord(0), std::numeric_limits<double>::infinity());

@@ -185,9 +185,9 @@ std::vector<Animal> types() {
        }},
       {"int32", "smoke", "density", [=] { return Grids{filled<Int32Grid>("density", hundred)}; }},
       {"int64", "smoke", "density", [=] { return Grids{filled<Int64Grid>("density", hundred)}; }},
-      {"bool", "smoke", "inside",
+      {"bool", "labels", "inside",
        [=] { return Grids{of_no_class(filled<BoolGrid>("inside", inside))}; }},
-      {"mask", "smoke", "mask",
+      {"mask", "labels", "mask",
        [=] {
          const auto mask = named<openvdb::MaskGrid>("mask");
          for (const Coord& p : CoordBBox(Coord(-13), Coord(13)))
@@ -217,7 +217,7 @@ std::vector<Animal> types() {
       {"signed", "signed", "charge", [] { return Grids{of_no_class(filled("charge", waves))}; }},
       {"scan_of_8_bits", "scan", "ct",
        [=] { return Grids{of_no_class(filled("ct", eight_bits))}; }},
-      {"labels", "scan", "labels",
+      {"labels", "labels", "labels",
        [=] { return Grids{of_no_class(filled<Int32Grid>("labels", labels))}; }},
   };
 }

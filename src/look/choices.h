@@ -26,8 +26,8 @@ bool is_mostly_low(const Field& density);
 /// Whether values of both signs matter: the lower ones reach a twentieth of the greatest magnitude.
 bool is_signed(const Field& density);
 
-/// Whether the values are labels: few different ones, of a type of whole numbers or at least three,
-/// which fill bodies of voxels and do not pass from one to the next.
+/// Whether the values are labels: few different ones, of a type of whole numbers or at least 16
+/// whole steps of the greatest, which fill bodies of voxels and do not pass from one to the next.
 bool is_labels(const Field& density);
 
 /// The value that fills the volume around the object: that of most voxels of the active box's

@@ -161,12 +161,13 @@ bool is_scan(const Field& density, bool known_fog) {
 }
 
 bool is_labels(const Field& density) {
-  constexpr std::size_t most_labels = 4096, few = 3, sample = 8192;
-  constexpr double alike = 0.6, steps = 0.5;
+  constexpr std::size_t most_labels = 4096, few = 16, sample = 8192;
+  constexpr double alike = 0.6, surely = 0.85, steps = 0.5, enough = 1000;
   const std::string& type = density.value_type;
   const bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
   if (type == "points" || density.channels > 1 || density.reader) return false;
-  if (!whole && values_in(density).size() > 255) return false;
+  const std::vector<float> values_found = values_in(density);
+  if (values_found.empty() || (!whole && !are_steps(values_found))) return false;
   const auto counts = label_counts(density, most_labels);
   if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
   double least_step = HUGE_VAL;
@@ -184,7 +185,9 @@ bool is_labels(const Field& density) {
       same += step == 0;
       next += step > 0 && step < 1.5 * least_step;
     }
-  const bool passes = counts->size() > 8 && next > steps * (pairs - same);
+  if (!whole && pairs < enough) return false;
+  // neighbours in a scan of few values are one step apart
+  const bool passes = counts->size() > 8 && same < surely * pairs && next > steps * (pairs - same);
   return pairs == 0 || (same >= alike * pairs && !passes);
 }
 

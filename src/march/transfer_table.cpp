@@ -137,7 +137,8 @@ TransferTable make_transfer_table(const TransferFunction& function) {
   }
   TransferTable table;
   table.knots = int(points.size());
-  double integral = 0;
+  const double range = points.back().value - points.front().value;
+  double integral = 0;  // over the range, or float32 would not hold it where values are great
   glm::dvec3 color_integral{0};
   for (std::size_t k = 0; k < points.size(); ++k) {
     const TransferPoint& p = points[k];
@@ -147,7 +148,7 @@ TransferTable make_transfer_table(const TransferFunction& function) {
     table.entries.emplace_back(p.color, integral);
     table.entries.emplace_back(glm::vec3(q.color) - glm::vec3(p.color), 0);
     table.entries.emplace_back(color_integral, 0);
-    const double d = q.value - p.value;
+    const double d = (q.value - p.value) / range;
     integral += 0.5 * d * (p.attenuation + q.attenuation);
     color_integral += (p.color * (2 * p.attenuation + q.attenuation) +
                        q.color * (p.attenuation + 2 * q.attenuation)) *
@@ -155,7 +156,6 @@ TransferTable make_transfer_table(const TransferFunction& function) {
   }
 
   table.min = points.front().value;
-  const double range = points.back().value - points.front().value;
   const auto interval = [&](double value) {
     const auto next = std::ranges::upper_bound(points, value, {}, &TransferPoint::value);
     return std::clamp(int(next - points.begin()) - 1, 0, table.knots - 2);

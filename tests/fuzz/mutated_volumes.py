@@ -30,7 +30,21 @@ except OSError:
 
 EXTREMES = [0, 1, 2, 7, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 1 << 20, 1 << 30, (1 << 31) - 1, 1 << 31,
             (1 << 32) - 1, 1 << 40, (1 << 63) - 1, 1 << 63, (1 << 64) - 1]
-FLOATS = [float("nan"), float("inf"), float("-inf"), -1.0, 1e38, -1e38, 1e-40, 0.0, 1e30]
+MOST = 3.4028234663852886e38
+FLOATS = [float("nan"), float("inf"), float("-inf"), -1.0, 1e38, -1e38, 1e-40, 0.0, 1e30, MOST, -MOST,
+          5e37, -5e37, 1e36, 1e20, -9999.0]
+# Looks, light, functions and modes. The first is the most frequent: light at the voxels of a volume
+# that became huge takes its time.
+OPTIONS = [["--look", "plain"]] * 4 + [option.split() for option in [
+    "", "--look smoke", "--look scan", "--look signed", "--look labels", "--look surface",
+    "--colormap viridis", "--colormap viridis --opacity 0:1,1:1 --light 1,-1,-1",
+    "--look plain --light 1,-1,-1", "--look plain --sky 1,1,1", "--look plain --step 1",
+    "--look plain --texel code7", "--look plain --integrator psi-table",
+    "--colormap hot --integrator preintegrated", "--classification nearest", "--lod 1",
+    "--classification pre --colormap gray", "--mode mip", "--mode lmip", "--mode xray",
+    "--mode isosurface", "--mode slice", "--renderer reference", "--renderer march-double",
+    "--fill-value none", "--fill-value none --colormap viridis", "--range 1%,99%",
+    "--luminance-grid density --look plain", "--background white", "--exposure auto"]]
 
 
 class Block:
@@ -218,9 +232,8 @@ def try_file(psivox, seed, number, folder):
     with open(path, "wb") as file:
         file.write(mutation(seed, rng))
     if number // len(MUTATIONS) % 4 == 0:
-        # plain: light at the voxels of a volume that became huge takes its time
         command = [psivox, "render", path, "-o", picture, "--resolution", "16x16", "-q",
-                   "--look", "plain"]
+                   *rng.choice(OPTIONS)]
     else:
         command = [psivox, "info", path, "--json"]
     begin = time.monotonic()

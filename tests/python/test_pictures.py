@@ -319,7 +319,7 @@ def test_notices_are_warnings():
     values = np.full((8, 8, 8), 0.5, "f4")
     values[2, 2, 2] = np.nan
     for draw in psivox.render, lambda *source, **scene: psivox.Session(*source).render(**scene):
-        with pytest.warns(UserWarning, match="1 NaN value taken as 0") as caught:
+        with pytest.warns(UserWarning, match="1 NaN value taken as no data") as caught:
             image = draw(values, resolution=SMALL)
         assert caught[0].filename == __file__
     assert any("NaN" in notice for notice in image.notices)

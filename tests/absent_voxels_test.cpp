@@ -1,0 +1,197 @@
+// Voxels without data, and labels: what no mode may interpolate.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <limits>
+#include <random>
+
+#include "field/value_range.h"
+#include "march_cases.h"
+#include "medium/density_function.h"
+#include "psivox/draw.h"
+#include "psivox/open.h"
+#include "psivox/parameters.h"
+#include "psivox/vdb.h"
+
+namespace psivox {
+namespace {
+
+constexpr float no_data = std::numeric_limits<float>::quiet_NaN();
+constexpr int side = 28;
+
+/// An array of values at places from -1 to 1.
+template <typename Value>
+std::shared_ptr<const VdbFile> array_of(const Value& value) {
+  DenseField made("values", glm::ivec3(side), 1, glm::dmat4(1));
+  std::vector<float> slab;
+  for (int x = 0; x < side; ++x) {
+    for (int y = 0; y < side; ++y)
+      for (int z = 0; z < side; ++z)
+        slab.push_back(value(glm::dvec3(x, y, z) / (0.5 * (side - 1)) - 1.0));
+    if (x % 8 == 7 || x == side - 1) {
+      made.add(slab);
+      slab.clear();
+    }
+  }
+  return std::make_shared<VdbFile>(std::make_shared<const Field>(made.finish()));
+}
+
+/// All values are below 0, as decibels are; there are none beside a ball.
+std::shared_ptr<const VdbFile> decibels() {
+  return array_of([](const glm::dvec3& p) {
+    const double r = glm::length(p);
+    return r < 0.8 ? float(-20 - 80 * r + 6 * std::sin(9 * p.x)) : no_data;
+  });
+}
+
+Scene scene_by(const std::vector<Setting>& settings) {
+  Scene scene;
+  scene.resolution = {40, 40};
+  scene.look = "plain";
+  for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
+  return scene;
+}
+
+class AbsentVoxels : public GpuTest {};
+
+/// The GPU, the march in double and the reference agree, nothing is seen in front of no data, and
+/// nothing that is seen is beyond the data.
+TEST_F(AbsentVoxels, AreVacuumToEveryMode) {
+  const auto file = decibels();
+  const std::vector<std::vector<Setting>> cases = {
+      {{"colormap", "viridis"}, {"opacity", "0:0.2,1:1"}},
+      {{"colormap", "viridis"}, {"opacity", "0:0.2,1:1"}, {"light", "1,-1,-1"}},
+      {{"opacity", "0:1,1:0"}, {"integrator", "cell-exact"}},
+      {{"opacity", "0:1,1:1"}, {"texel", "code7"}},
+      {{"mode", "mip"}, {"range", "-100,0"}},
+      {{"mode", "lmip"}, {"range", "-100,0"}, {"lmip-threshold", "-50"}},
+      {{"mode", "isosurface"}, {"isovalue", "-60"}},
+      {{"mode", "xray"}, {"opacity", "0:1,1:1"}},
+      {{"mode", "slice"}, {"colormap", "viridis"}}};
+  for (const std::vector<Setting>& settings : cases) {
+    Scene scene = scene_by(settings);
+    scene.early_termination = 0;
+    const View view = make_view(scene, *file);
+    SCOPED_TRACE(to_json(scene));
+    Session session(view);
+    const Image gpu = session.draw(*Gpu::renderer()).image;
+    expect_content(gpu);
+    const bool coded = has_codes(scene.texel);
+    const Image exact = session.draw(*open_reference()).image;
+    EXPECT_LE(difference("GPU and reference", gpu, exact).rms, coded ? 2e-2 : 2e-4);
+    EXPECT_LE(difference("double and reference", session.draw(*open_double()).image, exact).rms,
+              2e-4);
+    EXPECT_EQ(gpu.rgba()[3], 0) << "a corner, where there are no data";
+  }
+}
+
+TEST_F(AbsentVoxels, AreMetByStepsToo) {
+  const auto file = decibels();
+  double before = 0;
+  for (const char* step : {"1", "0.5", "0.25", "0.125"}) {
+    Scene scene = scene_by({{"colormap", "viridis"}, {"opacity", "0:0.2,1:1"}, {"step", step}});
+    scene.early_termination = 0;
+    Session session(make_view(scene, *file));
+    const double rms = difference(step, session.draw(*Gpu::renderer()).image,
+                                  session.draw(*open_reference()).image)
+                           .rms;
+    // a step that begins or ends at a face of vacuum is of first order
+    if (before > 0) EXPECT_LT(rms, 0.75 * before) << step;
+    before = rms;
+  }
+}
+
+TEST_F(AbsentVoxels, AreSeenByNoStatistic) {
+  const auto file = decibels();
+  const MediumFields fields = read_fields(scene_by({{"colormap", "viridis"}}), *file);
+  const Field& field = *fields.density;
+  EXPECT_TRUE(field.absent);
+  EXPECT_LT(stored_range(field).y, 0.1);
+  EXPECT_LT(active_range(field).y, -10);
+  EXPECT_GT(active_range(field).x, -100);
+  EXPECT_LT(active_percentile(field, 99.9), -10);
+  EXPECT_TRUE(std::isfinite(otsu_threshold(field)));
+}
+
+/// Whatever floats are in an array, looks, functions, light and modes end in a picture of numbers,
+/// or in an error.
+TEST_F(AbsentVoxels, NoValueEndsAPicture) {
+  const char* const given = std::getenv("PSIVOX_MUTANTS");
+  const int count = given ? std::atoi(given) : 60;
+  constexpr float most = std::numeric_limits<float>::max(), infinite = HUGE_VALF;
+  const float extremes[] = {most,   -most,   5e37f, -5e37f,   1e38f,     1e36f,   -1e36f,
+                            1e30f,  1e20f,   1e15f, infinite, -infinite, no_data, -9999,
+                            1e-40f, -1e-40f, 0.1f,  -0.1f,    1};
+  const std::vector<std::vector<Setting>> cases = {
+      {{"look", "auto"}},
+      {{"look", "smoke"}},
+      {{"look", "scan"}},
+      {{"look", "signed"}},
+      {{"look", "labels"}},
+      {{"look", "surface"}},
+      {{"colormap", "viridis"}},
+      {{"colormap", "hot"}, {"light", "1,-1,-1"}},
+      {{"light", "1,-1,-1"}},
+      {{"opacity", "0:1,1:0"}, {"fill-value", "none"}},
+      {{"mode", "mip"}},
+      {{"mode", "xray"}},
+      {{"mode", "slice"}},
+      {{"step", "1"}},
+      {{"integrator", "psi-table"}},
+      {{"colormap", "gray"}, {"integrator", "preintegrated"}, {"step", "2"}},
+      {{"colormap", "gray"}, {"classification", "pre"}},
+      {{"fill-value", "none"}}};
+  std::mt19937 random(1);
+  const auto marcher = open_double();
+  for (int n = 0; n < count; ++n) {
+    const std::size_t kinds = 1 + random() % 4;
+    std::vector<float> values;
+    for (std::size_t k = 0; k < kinds; ++k)
+      values.push_back(extremes[random() % std::size(extremes)]);
+    const float ball = random() % 3 == 0 ? extremes[random() % std::size(extremes)] : 1.0f;
+    const bool noise = random() % 2 == 0;
+    const auto file = array_of([&](const glm::dvec3& p) {
+      const double r = glm::length(p);
+      if (random() % 16 == 0 || (noise && r < 0.5)) return values[random() % values.size()];
+      return r < 0.8 ? float((1 - r) * double(ball)) : values[0];
+    });
+    Scene scene = scene_by(cases[random() % cases.size()]);
+    scene.resolution = {16, 16};
+    SCOPED_TRACE(std::to_string(n) + " " + to_json(scene));
+    try {
+      const LookedScene looked = with_look(scene, *file, "plain");
+      const Image image = Session(make_view(looked.scene, looked.fields)).draw(*marcher).image;
+      for (const float v : image.rgba()) EXPECT_FALSE(std::isnan(v));
+    } catch (const Error&) {
+    }
+  }
+}
+
+/// An organ and a small tumour in it.
+float organ(const glm::dvec3& p) {
+  if (glm::length(p - glm::dvec3(0.3, 0, 0)) < 0.25) return 2;
+  return glm::length(p) < 0.85 ? 1 : 0;
+}
+
+TEST_F(AbsentVoxels, LabelsAreAllSeenAndNeverBetween) {
+  const auto file = array_of(organ);
+  Scene scene = scene_by({{"colormap", "labels"}, {"classification", "nearest"}});
+  scene.early_termination = 0;
+  for (const auto& more : std::vector<std::vector<Setting>>{
+           {}, {{"light", "1,-1,-1"}}, {{"integrator", "cell-exact"}}, {{"mode", "mip"}}}) {
+    Scene own = scene;
+    for (const Setting& setting : more) set_parameter(own, setting.name, setting.text);
+    SCOPED_TRACE(to_json(own));
+    Session session(make_view(own, *file));
+    const Image gpu = session.draw(*Gpu::renderer()).image;
+    const Image exact = session.draw(*open_reference()).image;
+    EXPECT_LE(difference("GPU and reference", gpu, exact).rms, own.lit() ? 1e-3 : 2e-5);
+    const float* organ_alone = gpu.rgba().data() + 4 * (20 * 40 + 12);
+    EXPECT_GT(organ_alone[3], 0.5);
+  }
+}
+
+}  // namespace
+}  // namespace psivox
