@@ -290,7 +290,8 @@ class FrameLoop {
     }
     if (call_.verbose) {
       bar_.clear();
-      print(stderr, formatted("frame %lld\n", static_cast<long long>(written->frame.number)) + report.table());
+      print(stderr, formatted("frame %lld\n", static_cast<long long>(written->frame.number)) +
+                        report.table());
     }
   }
 

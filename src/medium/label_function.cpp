@@ -47,9 +47,10 @@ double between(float a, float b) { return 0.5 * (double(a) + double(b)); }
 
 LabelCounts checked_counts(const Field& field) {
   if (const auto counts = label_counts(field); counts && !counts->empty()) return *counts;
-  throw Error(ExitCode::input, "grid " + in_quotes(field.name) +
-                                   " has no labels: --colormap labels needs values other than 0, at "
-                                   "most 65536 different ones");
+  throw Error(ExitCode::input,
+              "grid " + in_quotes(field.name) +
+                  " has no labels: --colormap labels needs values other than 0, at "
+                  "most 65536 different ones");
 }
 
 std::uint64_t most_voxels(const LabelCounts& counts) {

@@ -127,7 +127,8 @@ Rows look_rows() {
        "factor A of the extinction at places U of the range, 0 to 1: 0:0,0.3:0.1,1:1",
        &Scene::opacity, any, "none"},
       {"classification", enum_metavar<Classification>(), "", "",
-       "apply the function after (post) or before (pre) the interpolation, or to the nearest voxel; "
+       "apply the function after (post) or before (pre) the interpolation, or to the nearest "
+       "voxel; "
        "in light, post applies its colours at voxels, as light is",
        &Scene::classification},
       own_or_scenes({"luminance", "COLOUR", "", "1,1,1; 0,0,0 with --light alone",
