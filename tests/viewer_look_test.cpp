@@ -107,9 +107,9 @@ TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   write_text((folder / "amber.json").string(), R"({"luminance": [1, 0.6, 0.1]})");
   write_text((folder / "broken.json").string(), R"({"luminance": "bright"})");
   setenv("PSIVOX_LOOKS", folder.c_str(), 1);
-  const std::vector<std::string> expected{"amber",   "broken",  "colors", "fire",   "mip",
-                                          "plain",   "points",  "scan",   "signed", "smoke",
-                                          "surface", "vectors", "xray"};
+  const std::vector<std::string> expected{"amber", "broken",  "colors",  "fire", "labels",
+                                          "mip",   "plain",   "points",  "scan", "signed",
+                                          "smoke", "surface", "vectors", "xray"};
   EXPECT_EQ(available_looks(), expected);
   Hands hands(open_look(asset("slab.vdb")));
   ASSERT_TRUE(hands.until_exact());

@@ -170,6 +170,8 @@ bool is_labels(const Field& density) {
   if (values_found.empty() || (!whole && !are_steps(values_found))) return false;
   const auto counts = label_counts(density, most_labels);
   if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
+  // one value that fills the whole box is no body in an outside
+  if (counts->size() == 1 && density.active_voxels >= count_of(density.active_box)) return false;
   double least_step = HUGE_VAL;
   for (auto label = counts->begin(); std::next(label) != counts->end(); ++label)
     least_step = std::min(least_step, double(std::next(label)->first) - double(label->first));
