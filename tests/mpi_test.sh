@@ -120,7 +120,7 @@ rank=\${OMPI_COMM_WORLD_RANK:-\${PMI_RANK:-0}}
 if [ "\$rank" = 1 ]; then cd b; else cd a; fi
 [ -e dies ] && exec timeout --signal=KILL 2 "$program" render "\$@"
 [ -e dies_later ] && (
-  until grep -q "^psivox: [1-9].* %" ../output; do sleep 0.1; done
+  until grep -q "^psivox: lighting [1-9].* %" ../output; do sleep 0.1; done
   date +%s >../died
   kill -KILL \$\$
 ) &
