@@ -19,18 +19,18 @@ namespace psivox {
 namespace {
 
 constexpr float no_data = std::numeric_limits<float>::quiet_NaN();
-constexpr int side = 28;
+constexpr int voxels_across = 28;
 
 /// An array of values at places from -1 to 1.
 template <typename Value>
 std::shared_ptr<const VdbFile> array_of(const Value& value) {
-  DenseField made("values", glm::ivec3(side), 1, glm::dmat4(1));
+  DenseField made("values", glm::ivec3(voxels_across), 1, glm::dmat4(1));
   std::vector<float> slab;
-  for (int x = 0; x < side; ++x) {
-    for (int y = 0; y < side; ++y)
-      for (int z = 0; z < side; ++z)
-        slab.push_back(value(glm::dvec3(x, y, z) / (0.5 * (side - 1)) - 1.0));
-    if (x % 8 == 7 || x == side - 1) {
+  for (int x = 0; x < voxels_across; ++x) {
+    for (int y = 0; y < voxels_across; ++y)
+      for (int z = 0; z < voxels_across; ++z)
+        slab.push_back(value(glm::dvec3(x, y, z) / (0.5 * (voxels_across - 1)) - 1.0));
+    if (x % 8 == 7 || x == voxels_across - 1) {
       made.add(slab);
       slab.clear();
     }
@@ -98,7 +98,9 @@ TEST_F(AbsentVoxels, AreMetByStepsToo) {
                                   session.draw(*open_reference()).image)
                            .rms;
     // a step that begins or ends at a face of vacuum is of first order
-    if (before > 0) EXPECT_LT(rms, 0.75 * before) << step;
+    if (before > 0) {
+      EXPECT_LT(rms, 0.75 * before) << step;
+    }
     before = rms;
   }
 }

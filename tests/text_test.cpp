@@ -26,9 +26,11 @@ TEST(Text, QuotesShowWhatAMessageOfOneLineCannotHold) {
 TEST(Text, AWordOfAShellIsThatWord) {
   EXPECT_EQ(shell_word("--step=0.5"), "--step=0.5");
   EXPECT_EQ(shell_word("=ls"), "'=ls'");  // zsh looks for a program
-  for (const std::string word :
-       {"a b", "", "$(touch X)", "`id`", "a'b", "a\\b", "a;b|c&d", "~", "#", "!!", "*", "a\nb",
-        "\x1b[2J'\\x", "\xc2\x9bm", "\xff\xfe9", "\xc3\xa4"}) {
+  for (const std::string word : {"a b", "", "$(touch X)", "`id`", "a'b", "a\\b", "a;b|c&d", "~",
+                                 "#", "!!", "*", "a\nb", "\x1b[2J'\\x", "\xc2\x9bm",
+                                 "\xff\xfe"
+                                 "9",
+                                 "\xc3\xa4"}) {
     const std::string quoted = shell_word(word);
     EXPECT_EQ(printable(quoted), quoted);
     std::FILE* const shell =
