@@ -82,7 +82,7 @@ class Integration {
         density_(frame, march_, setup.origin, density_grid),
         gradient_(frame, march_, setup.origin, gradient_grid),
         by_function_(march_.transfer && !march_.with_gradient),
-        parts_(std::max(1, int(std::lround(0.5 / frame.spacing)))),
+        parts_((march_.nearest ? 2 : 1) * std::max(1, int(std::lround(0.5 / frame.spacing)))),
         // a function may attenuate up to the faces of its own grid's domain
         clip_(march_.transfer ? Box{march_.density_field_min + setup.origin,
                                     march_.density_field_max + setup.origin}
@@ -220,6 +220,7 @@ class Integration {
   }
 
   Real mean(const Point<Real>& front, const Point<Real>& middle, const Point<Real>& back) {
+    if (march_.nearest) return by_function_ ? by_value(middle) : middle.attenuation;
     if (by_function_)
       return Real(0.5) * (function_mean(front, middle) + function_mean(middle, back));
     return (front.attenuation + 4 * middle.attenuation + back.attenuation) / 6;
@@ -228,20 +229,21 @@ class Integration {
   /// Adds `scale` times the means to the depths.
   void add_means(const Points<Real>& front, const Points<Real>& middle, const Points<Real>& back,
                  Real scale, std::array<Real, count>& depths) {
-    if (!by_function_) {
+    if (!by_function_ && !march_.nearest) {
       for (std::size_t c = 0; c < count; ++c)
         depths[c] +=
             scale / 6 * (front.attenuation[c] + 4 * middle.attenuation[c] + back.attenuation[c]);
       return;
     }
     std::array<Real, count> means{};
-    if (march_.ramps) {
+    const bool by_ramps = march_.ramps && !march_.nearest;
+    if (by_ramps) {
       ramps_.add_means(front.value, middle.value, Real(0.5) * scale, means);
       ramps_.add_means(middle.value, back.value, Real(0.5) * scale, means);
     }
-    if (!march_.ramps || !front.all_stored || !middle.all_stored || !back.all_stored)
+    if (!by_ramps || !front.all_stored || !middle.all_stored || !back.all_stored)
       for (std::size_t c = 0; c < count; ++c)
-        if (!march_.ramps || !front.is_stored(c) || !middle.is_stored(c) || !back.is_stored(c))
+        if (!by_ramps || !front.is_stored(c) || !middle.is_stored(c) || !back.is_stored(c))
           means[c] = scale * mean(front.of(c), middle.of(c), back.of(c));
     for (std::size_t c = 0; c < count; ++c) depths[c] += means[c];
   }
@@ -319,7 +321,8 @@ class Integration {
   bool by_function_;
   /// Number of parts in which a column is integrated from slice to slice. Look-ups along a column
   /// are then as close as columns are. Within cells either error falls with the fourth power of the
-  /// distance, across faces with the second.
+  /// distance, across faces with the second. Of the nearest voxels' values the middle of a part
+  /// counts: half a slice lies in one voxel, unless the column leaves it sideways.
   int parts_;
   Box clip_;
   double scale_;       ///< optical depth of attenuation 1 over a slice
