@@ -33,6 +33,7 @@ find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
 find_package(PkgConfig REQUIRED)
 pkg_check_modules(EPOXY REQUIRED IMPORTED_TARGET epoxy)
 pkg_check_modules(EGL REQUIRED IMPORTED_TARGET egl)
+pkg_check_modules(NETTLE REQUIRED IMPORTED_TARGET nettle)
 pkg_check_modules(BLOSC REQUIRED IMPORTED_TARGET blosc)  # with OpenVDB
 if(PSIVOX_GUARD)
   pkg_check_modules(SECCOMP IMPORTED_TARGET libseccomp)

@@ -61,6 +61,25 @@ TEST(Conclusion, NamesTheCheapestForEightBitsAndForSmallErrors) {
       "cheaper.");
 }
 
+TEST(Conclusion, SaysWhereASmallerStepHasTheGreaterError) {
+  const auto by_step = [](Integrator rule, double step) {
+    return Variant{{rule, Sampling::uniform, 0, step}};
+  };
+  StudyResults r;
+  r.scene = to_json(Scene{});
+  r.points = {point_of(by_step(Integrator::midpoint, 2), 2.2e-4, 30, 1),
+              point_of(by_step(Integrator::midpoint, 1), 2.5e-4, 60, 1),
+              point_of(by_step(Integrator::psi_balanced, 2), 1e-4, 30, 1),
+              point_of(by_step(Integrator::psi_balanced, 1), 1e-5, 60, 1),
+              point_of(by_step(Integrator::psi_balanced, 0.5), 1.04e-5, 120, 1)};
+  EXPECT_TRUE(has(conclusion_text(r),
+                  " The error rises with a smaller step: midpoint 2.5e-4 at step 1, 2.2e-4 at step "
+                  "2."));
+  EXPECT_FALSE(has(conclusion_text(r), "1.0e-5 at"));
+  r.points[1].arithmetic = r.points[1].error;  // it is float32's
+  EXPECT_FALSE(has(conclusion_text(r), "rises"));
+}
+
 TEST(Conclusion, NamesNoWinnerWhereRulesCannotDiffer) {
   const auto uniform = [](Integrator rule) { return Variant{{rule, Sampling::uniform, 0, 2}}; };
   StudyResults r;

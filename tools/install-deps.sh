@@ -17,6 +17,8 @@ packages=(
   libglfw3-dev libimgui-dev
   libcli11-dev nlohmann-json3-dev libpugixml-dev
   libseccomp-dev
+  # SHA-256 of a study's input
+  nettle-dev
   # the plots of a study's page; the text of colour bars
   libjs-chart.js
   libstb-dev fonts-dejavu-core

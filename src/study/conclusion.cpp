@@ -212,6 +212,27 @@ Conclusion conclusion_of(const StudyResults& results) {
   return conclusion;
 }
 
+namespace {
+
+/// A sentence on points whose error is greater than that of a wider step before them; empty if
+/// there are none. Errors that are those of float32 say nothing about steps.
+std::string rises_note(const StudyResults& results) {
+  constexpr double rises = 1.05, rounding = 3;
+  std::vector<std::string> all;
+  for (const StudyCurve& curve : curves_of(largest_pictures(results)))
+    for (std::size_t i = 1; i < curve.size(); ++i) {
+      const StudyPoint &coarse = *curve[i - 1], &fine = *curve[i];
+      const double noise = fine.arithmetic ? rounding * fine.arithmetic->rms() : 1e-6;
+      if (fine.variant.tolerance || !(fine.rms() > std::max(noise, rises * coarse.rms()))) continue;
+      all.push_back(rule_name(fine.variant) + " " + two_digits(fine.rms()) + " at " +
+                    sampling_name(fine.variant) + ", " + two_digits(coarse.rms()) + " at " +
+                    sampling_name(coarse.variant));
+    }
+  return all.empty() ? "" : " The error rises with a smaller step: " + joined(all, ". ") + ".";
+}
+
+}  // namespace
+
 std::string conclusion_text(const StudyResults& results) {
   const auto [coarse, fine, fine_rms] = conclusion_of(results);
   if (results.points.empty()) return "";
@@ -239,7 +260,7 @@ std::string conclusion_text(const StudyResults& results) {
             : !fine        ? "no setting reaches an RMS of 1e-2"
                            : from() + settings(*fine) + ": " + look_ups(*fine);
   }
-  return text + "." + no_winner_note(scene, lists_rules);
+  return text + "." + no_winner_note(scene, lists_rules) + rises_note(results);
 }
 
 Json conclusion_json(const StudyResults& results) {

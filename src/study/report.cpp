@@ -66,7 +66,8 @@ Html head(const StudyResults& r) {
   const Scene scene = scene_in(r);
   return html_table(
       {{"study", ""},
-       {"file", r.input + ", FNV-1a " + r.input_hash},
+       {"file", r.input + ", SHA-256 " + r.input_hash},
+       {"date", r.date},
        {"light", light_text(scene)},
        {"luminance", luminance_text(scene)},
        {"emission", emission_text(scene)},
@@ -95,6 +96,28 @@ Html conclusion_html(const StudyResults& results) {
   for (std::size_t i = 0; i < parts.size(); ++i)
     html += i % 2 ? in_elements(parts[i], "<code>", "</code>") : Html(parts[i]);
   return html + "</p>\n";
+}
+
+/// How a paper names the study.
+std::string citation(const StudyResults& r) {
+  return "psivox " + r.version + (r.git.empty() ? "" : " (" + r.git + ")") + ", study of " +
+         fs::path(r.input).filename().string() + ", " + r.date;
+}
+
+/// What each of the study's rules is, and the paper it is from.
+Html rule_list(const StudyResults& results) {
+  Html html("<ul>\n");
+  for (const IntegratorInfo& rule : integrators) {
+    const auto is_its = [&](const StudyPoint& p) {
+      return !p.variant.tolerance && p.variant.method.integrator == rule.id;
+    };
+    if (std::ranges::none_of(results.points, is_its)) continue;
+    const RuleSource source = source_of(rule.id);
+    html += Html("<li>") + rule_name({{.integrator = rule.id}}) + ": " + std::string(rule.help) +
+            " (<a href=\"https://doi.org/" + std::string(source.doi) + "\">" +
+            std::string(source.paper) + "</a>)</li>\n";
+  }
+  return html + "</ul>\n";
 }
 
 /// The first screen: what was found, and of what.
@@ -287,39 +310,51 @@ TextTable skipped_table(const std::vector<SkippedVariant>& skipped) {
 
 void write_report(const StudyResults& results, const fs::path& folder) {
   write_sections(
-      folder, "results", "psivox study",
-      {{.html = first_screen(results, references(results, folder)),
-        .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
-                    command_of(results) + "\n```\n\n"},
-       {"Cheapest ways to an error",
-        "Error is the RMS over R G B A of the GPU's picture less the reference, in linear "
-        "radiance. For each error the table names the measured variant that stays below it with "
-        "the fewest field look-ups per ray, and the one with the least processor time.",
-        cheapest_table(results), Cells::words},
-       {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
-       {"Other renderers",
-        "Pictures of other renderers, through the same camera, less the reference. A picture whose "
-        "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
-        "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
-        foreign_table(results)},
-       {"Rules by samplings",
-        "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
-        "processor time of the march over that of porter-duff in the same column.",
-        rules_table(results)},
-       {"What an error takes",
-        "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
-        "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
-        "already reaches the RMS; –: no point reaches it.",
-        needs_table(results)},
-       {.title = "All numbers",
-        .html =
-            Html("<p>Times are medians, with the quartiles in parentheses. The step error is the "
-                 "march in double less the reference; the arithmetic error is the GPU's picture "
-                 "less the march in double.</p>\n") +
-            html_table(points_table(results))},
-       {"Skipped", "", skipped_table(results.skipped), Cells::words},
-       {.title = "Pictures", .html = gallery(results, folder)},
-       {.title = "Scene", .html = Html("<pre>") + results.scene + "</pre>\n"}});
-}
+      folder, "results", "psivox study of " + fs::path(results.input).filename().string(),
+      {
+    {.html = first_screen(results, references(results, folder)),
+     .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
+                 command_of(results) + "\n```\n\n"},
+        {"Cheapest ways to an error",
+         "Error is the RMS over R G B A of the GPU's picture less the reference, in linear "
+         "radiance. For each error the table names the measured variant that stays below it with "
+         "the fewest field look-ups per ray, and the one with the least processor time.",
+         cheapest_table(results), Cells::words},
+        {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
+        {"Other renderers",
+         "Pictures of other renderers, through the same camera, less the reference. A picture "
+         "whose "
+         "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
+         "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
+         foreign_table(results)},
+        {"Rules by samplings",
+         "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
+         "processor time of the march over that of porter-duff in the same column.",
+         rules_table(results)},
+        {.title = "Rules", .html = rule_list(results)},
+        {"What an error takes",
+         "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
+         "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
+         "already reaches the RMS; –: no point reaches it.",
+         needs_table(results)},
+        {.title = "All numbers",
+         .html =
+             Html("<p>Times are medians, with the quartiles in parentheses. The step error is the "
+                  "march in double less the reference; the arithmetic error is the GPU's picture "
+                  "less the march in double.</p>\n") +
+             html_table(points_table(results))},
+        {"Skipped", "", skipped_table(results.skipped), Cells::words},
+        {.title = "Pictures", .html = gallery(results, folder)}, {
+      .title = "Data", .html = Html(
+                                   "<p>All numbers: <a href=\"results.csv\">results.csv</a>, <a "
+                                   "href=\"results.json\">results.json</a>. Cite as: ") +
+                               citation(results) +
+                               ".</p>
+                               "},
+      {
+        .title = "Scene", .html = Html("<pre>") + results.scene +
+                                  "</pre>
+                                  "}});
+      }
 
-}  // namespace psivox
+    }  // namespace psivox

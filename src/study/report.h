@@ -95,6 +95,13 @@ std::string reference_name(const Variant& variant);
 /// be in the folder.
 void write_report(const StudyResults& results, const std::filesystem::path& folder);
 
+/// A paper from which a rule is.
+struct RuleSource {
+  const char* paper;
+  const char* doi;
+};
+RuleSource source_of(Integrator rule);
+
 /// A table with a row per rule and a column per sampling.
 TextTable rules_table(const StudyResults& results);
 /// needs_of() as a readable table: a row for each rule and sampling, a column for each RMS.

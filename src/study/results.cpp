@@ -264,7 +264,8 @@ std::string results_json(const StudyResults& r) {
       {"git", r.git},
       {"machine", {{"processor", r.processor}, {"threads", r.threads}, {"system", r.system}}},
       {"renderer", r.renderer},
-      {"input", {{"file", r.input}, {"fnv1a", r.input_hash}}},
+      {"date", r.date},
+      {"input", {{"file", r.input}, {"sha256", r.input_hash}}},
       {"scene", Json::parse(r.scene)},
       {"command", command_of(r)},
       {"reference", {{"error_bound", r.reference_bound}}},
@@ -303,7 +304,8 @@ StudyResults results_from_json(std::string_view text, std::string_view source) {
     r.system = j.at("machine").at("system");
     r.renderer = j.at("renderer");
     r.input = j.at("input").at("file");
-    r.input_hash = j.at("input").at("fnv1a");
+    r.date = j.value("date", "");
+    r.input_hash = j.at("input").value("sha256", "");
     r.scene = j.at("scene").dump();
     r.reference_bound = j.at("reference").at("error_bound");
     r.repeats = j.at("repeats");

@@ -168,9 +168,10 @@ struct StudyResults {
   std::string version, git;       ///< of psivox; the hash is empty if the build has none
   std::string processor, system;  ///< the machine
   int threads = 0;
+  std::string date{};    ///< of the study, or of its last --resume, in UTC
   std::string renderer;  ///< GL_RENDERER and GL_VERSION
   std::string input;
-  std::string input_hash;      ///< FNV-1a of the file, 64 bits
+  std::string input_hash;      ///< SHA-256 of the file, or of the values in memory
   std::string scene;           ///< resolved, as JSON, studied_scene
   double reference_bound = 0;  ///< bound on the reference's radiance error at any pixel
   int repeats = 0;

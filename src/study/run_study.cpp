@@ -1,7 +1,10 @@
+#include <nettle/sha2.h>
 #include <sys/utsname.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <ctime>
 #include <fstream>
 #include <map>
 #include <thread>
@@ -43,18 +46,32 @@ std::string system_name() {
   return std::string(name.sysname) + " " + name.release + " " + name.machine;
 }
 
-/// FNV-1a, 64 bits in hexadecimal.
+/// SHA-256 in hexadecimal.
 class Hash {
  public:
+  Hash() { sha256_init(&state_); }
   void add(const char* bytes, std::size_t count) {
-    for (std::size_t i = 0; i < count; ++i)
-      value_ = (value_ ^ static_cast<unsigned char>(bytes[i])) * 0x100000001b3u;
+    sha256_update(&state_, count, reinterpret_cast<const std::uint8_t*>(bytes));
   }
-  std::string text() const { return formatted("%016llx", static_cast<unsigned long long>(value_)); }
+  std::string text() {
+    std::array<std::uint8_t, SHA256_DIGEST_SIZE> digest{};
+    sha256_digest(&state_, digest.size(), digest.data());
+    std::string text;
+    for (const std::uint8_t byte : digest) text += formatted("%02x", unsigned(byte));
+    return text;
+  }
 
  private:
-  std::uint64_t value_ = 0xcbf29ce484222325u;
+  sha256_ctx state_{};
 };
+
+/// The day in UTC, as 2026-11-29.
+std::string today() {
+  const std::time_t now = std::time(nullptr);
+  std::tm day{};
+  gmtime_r(&now, &day);
+  return formatted("%04d-%02d-%02d", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
+}
 
 std::string file_hash(const std::filesystem::path& path) {
   std::ifstream file(path, std::ios::binary);
@@ -86,6 +103,7 @@ StudyResults new_results(const View& view, const std::string& renderer, int repe
   results.system = system_name();
   results.threads = int(std::thread::hardware_concurrency());
   results.renderer = renderer;
+  results.date = today();
   results.input = input.empty() ? "grids in memory" : input;
   results.input_hash =
       fs::is_regular_file(file) ? file_hash(file) : values_hash(*view.medium.density);
