@@ -95,7 +95,7 @@ done
 
 # --- the same look ----------------------------------------------------------------------------------
 # Every parameter has the same bits: what auto chooses, from percentages, sums along lines and the
-# brightness of a draft, and the camera. A fire, a scan, a smoke, and a scan of many parts, cut off.
+# camera. A fire, a scan, a smoke, and a scan of many parts, cut off.
 for how in "$V" "$assets/ramp.vdb" "$assets/slab.vdb" \
   "$V --grid density --look scan --clip-plane -z=0.2"; do
   read -ra picture <<<"$how -q --print-scene --resolution 16x12"

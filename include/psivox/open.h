@@ -50,8 +50,6 @@ struct LookedScene {
 ///   extinction  a third of a light's intensity reaches the medium, on average over what it
 ///               attenuates, but no less than auto_extinction; 0.6 of it for scans whose values
 ///               are mostly low
-///   brightness  light and luminance, so that the mean luminance of what is covered is 0.25, unless
-///               3 % of it would then be brighter than white
 ///   flame       grid, temperatures and brightness of a fire
 /// What the scene gives (is_given) stays. An option replaces its own parameter of the look.
 /// `--light` and `--sky` replace all lights, `--emission-grid` the flame, and `--camera-position`

@@ -27,9 +27,6 @@ class FieldCursor {
   std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) {
     return block(nearest_voxel(point) & ~7).stored ? 0 : index_->empty_steps(point, step);
   }
-  std::size_t empty_cells(const glm::dvec3& point, const glm::dvec3& step) {
-    return block(voxel_below(point) & ~7).stored ? 0 : index_->empty_cells(point, step);
-  }
 
  private:
   const FieldIndex::Block& block(const glm::ivec3& origin) {

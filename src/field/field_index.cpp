@@ -124,16 +124,6 @@ std::size_t FieldIndex::empty_steps(const glm::dvec3& point, const glm::dvec3& s
   return std::size_t(std::max(1.0, std::ceil(left)));
 }
 
-std::size_t FieldIndex::empty_cells(const glm::dvec3& point, const glm::dvec3& step) const {
-  constexpr double margin = 1e-3;  // beyond the rounding of any coordinate, 2^31 * 2^-52
-  const std::optional<Box> cube = empty_cube(voxel_below(point));
-  if (!cube) return 0;
-  const glm::dvec3 low = glm::dvec3(cube->min) + margin, high = glm::dvec3(cube->max) - margin;
-  if (glm::any(glm::lessThanEqual(point, low)) || glm::any(glm::greaterThanEqual(point, high)))
-    return 0;
-  return std::size_t(std::ceil(interval_in(low, high, point, step).y));
-}
-
 bool FieldIndex::stores(const glm::ivec3& voxel) const {
   for (std::size_t level = 0; level < widths.size(); ++level)
     if (is_one(int(level), cube_of(voxel, widths[level]))) return true;

@@ -66,11 +66,6 @@ class FieldIndex {
   /// of those widths; 0 if a leaf or a tile holds the first. `point` is in index space.
   std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) const;
 
-  /// As empty_steps, for points that have all eight voxels around them in one empty cube. A point
-  /// that is almost on the cube's outermost voxels does not count. Leaves of other processes, which
-  /// are not here, then make no difference to what is found at the points that remain.
-  std::size_t empty_cells(const glm::dvec3& point, const glm::dvec3& step) const;
-
   /// Whether a voxel is in a leaf or a tile.
   bool stores(const glm::ivec3& voxel) const;
 

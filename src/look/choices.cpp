@@ -93,7 +93,9 @@ void choose_balance(Choosing& all) {
   const double end = std::max(std::abs(active_percentile(density, low)),
                               std::abs(active_percentile(density, high)));
   if (end > 0)
-    set_parameter(all.scene, "range", number_text(-end) + "," + number_text(end));
+    set_parameter(
+        all.scene, "range",
+        number_text(density.scale.value_of(-end)) + "," + number_text(density.scale.value_of(end)));
   else
     set_default(all.scene, *find_parameter("range"));
 }
@@ -197,21 +199,6 @@ void choose_flame(Choosing& all) {
   if (!flame.grid.empty()) set_flame(all.asked, all.fields.file(), flame, all.scene);
 }
 
-/// Scales light and luminance so that the mean luminance of what is covered is as wanted, or less
-/// where 3 % would be brighter than white.
-void choose_brightness(Choosing& all) {
-  constexpr double wanted_mean = 0.25, white = 0.95, highlights = 0.03;
-  const View view = take_view(all);
-  const std::optional<Draft> by_rays = ray_draft(view);
-  const Draft draft = by_rays ? *by_rays : make_draft(all.scene, all.fields.of(all.scene));
-  if (!(draft.mean_luminance() > 0)) return;
-  const double gain =
-      std::min(wanted_mean / draft.mean_luminance(), white / draft.level(highlights));
-  if (!is_given(all.asked, "light"))
-    for (DirectionalLight& light : all.scene.lights) light.color *= gain;
-  if (all.scene.luminance) *all.scene.luminance *= gain;
-}
-
 struct Choice {
   const char* name;
   void (*make)(Choosing&);
@@ -219,8 +206,7 @@ struct Choice {
 constexpr Choice choices[] = {{"range", choose_range},           {"outside", choose_opacity},
                               {"balance", choose_balance},       {"colors", choose_colors},
                               {"extinction", choose_extinction}, {"flame", choose_flame},
-                              {"albedo-grid", choose_albedo},    {"brightness", choose_brightness},
-                              {"contrast", choose_contrast}};
+                              {"albedo-grid", choose_albedo},    {"contrast", choose_contrast}};
 
 constexpr const char* glowing_words[] = {"flame", "fire", "temperature", "heat", "temp", "fuel"};
 constexpr std::size_t flames = 2;

@@ -106,7 +106,7 @@ const OptionPart parts_of_looks[] = {
     // what says how the medium shines replaces all its sources
     {{"luminance", "luminance-grid", "temperature-grid", "transfer-function"},
      {"luminance", "luminance-grid", "light", "sky", "environment", "colormap", "opacity", "range",
-      "balance", "colors", "emission-grid", "flame", "brightness"}},
+      "balance", "colors", "emission-grid", "flame"}},
     {{"light", "sky", "environment"}, {"light", "sky", "environment"}},
     {{"emission-grid"}, {"flame"}},
     {{"camera-position"}, {"azimuth", "elevation"}},
@@ -155,7 +155,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
     if (!scene.shows(Shows::value)) return look;
     return is_labels(*fields.of(scene).density) ? "labels" : look;
   }
-  if (scene.isovalue) return "surface";
+  if (!scene.isovalue.empty()) return "surface";
   const std::string grid = density_grid(scene, file);
   const VectorPart part = vector_part(file, grid);
   if (!part.part.empty()) return look_of_vectors(scene, part, fields);
@@ -167,7 +167,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   if (density.value_type == "points") return "points";
   if (!scene.colormap && is_labels(density)) return "labels";
   if (is_signed(density)) return "signed";
-  if (scene.colormap) return "scan";
+  if (scene.colormap || !scene.value_scale.is_linear()) return "scan";
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
                                        : !fields.flame(scene).grid.empty())
     return "fire";
@@ -311,7 +311,8 @@ Scene without_look(Scene scene) {
     if (says_how_it_looks(p)) set_default(scene, p);
   set_default(scene, *find_parameter("look"));
   // what only a function or a map may have
-  scene.color_bar = scene.split_knots = false;
+  scene.color_bar.reset();
+  scene.split_knots = false;
   if (is_transfer_rule(scene.resolved_integrator())) scene.integrator.reset();
   return scene;
 }
@@ -325,7 +326,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   const bool by_itself = result.look == "auto";
   if (by_itself) {
     file.check_whole();
-    const bool surface = scene.shows(Shows::surface) || scene.isovalue;
+    const bool surface = scene.shows(Shows::surface) || !scene.isovalue.empty();
     if (!surface && parts.allowed && stays_in_file(scene, fields))
       result.dark_because =
           "its values stay in the file, and a look needs them in memory; a larger --memory-limit "

@@ -20,12 +20,12 @@ std::string shell_notice(const View& view) {
       scene.shows(Shows::plane))
     return "";
   const bool surface = scene.shows(Shows::surface);
-  if (surface ? scene.isovalue.value_or(0) >= 0
+  if (surface ? scene.isovalue.empty() || scene.isovalue.front().value >= 0
               : !medium.transfer || medium.transfer->has_gradient() || scene.shows(Shows::value) ||
                     medium.transfer->max_attenuation(0, 0) == 0)
     return "";
   const double least = stored_range(field).x;
-  if (surface ? least >= medium.isovalue : least >= 0) return "";
+  if (surface ? least >= medium.surfaces.front().isovalue : least >= 0) return "";
   const auto [first, last] = bounds_of(field.active_box, field.world_from_index);
   return "grid " + in_quotes(field.name) +
          ": values below 0 lie in a shell: beside the voxels the value is 0, which " +

@@ -1,29 +1,21 @@
 #include "look/voxel_lines.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_for.h>
-
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <numeric>
 
 #include "field/index_space.h"
 #include "field/value_range.h"
 #include "look/choices.h"
 #include "march/light.h"
-#include "march/voxel_luminance.h"
 #include "psivox/draw.h"
 #include "psivox/scene.h"
-#include "scene/cuts.h"
 
 namespace psivox {
 
 VoxelLines::VoxelLines(const Medium& medium)
     : function_(without_colors(medium)),
       density_(*medium.density),
-      nearest_(medium.nearest),
       domain_(medium.density->domain()),
       to_index_(glm::inverse(glm::dmat3(medium.density->world_from_index))),
       empty_is_clear_(attenuation(0) == 0) {}
@@ -118,18 +110,8 @@ double light_extinction(const View& view, bool sparse) {
 
 namespace {
 
-/// A pixel counts if it hides this much or is that bright.
-constexpr double covered_alpha = 0.5;
-constexpr double covered_luminance = 0.1;
-/// And glows with this part of the brightest one.
+/// A pixel glows with this part of the brightest one.
 constexpr float glowing = 0.01f;
-
-/// The value that this part of ascending ones exceeds.
-template <typename Number>
-Number exceeded_by(const std::vector<Number>& ascending, double part) {
-  if (ascending.empty()) return 0;
-  return ascending[std::size_t(double(ascending.size() - 1) * (1 - part))];
-}
 
 /// Whatever method is given for the picture.
 Method draft_method(const Scene& scene, const Field& density) {
@@ -144,123 +126,7 @@ Method draft_method(const Scene& scene, const Field& density) {
   return {.integrator = Integrator::midpoint, .sampling = Sampling::uniform, .step = step};
 }
 
-constexpr glm::ivec2 ray_count(64, 36);
-/// Every second ray, as on a chessboard, is enough if so many pixels are covered: the brightness by
-/// them was within 1 % of that by 16 times as many rays, on four files.
-constexpr std::size_t enough_pixels = 200;
-/// Rays end at this transmittance, and look at the light again each time that they lost so much;
-/// rays towards the light at this depth, behind which it is less than float32 has beside it.
-constexpr double opaque = 0.01, light_interval = 0.1, dark = 17;
-
-struct DraftLight {
-  VoxelLines::Line towards;
-  glm::dvec3 radiance;
-};
-
-/// Draws rays, a voxel at a time.
-class RayDraft {
- public:
-  explicit RayDraft(const View& view)
-      : medium_(view.medium),
-        clip_(clip_of(view.scene)),
-        lines_(medium_),
-        to_index_(glm::inverse(medium_.density->world_from_index)) {
-    if (medium_.source == LuminanceSource::transfer) colors_.emplace(*medium_.transfer);
-    if (!medium_.light) return;
-    for (const ParallelLight& light : medium_.light->lights)
-      lights_.push_back(
-          {lines_.line({}, -(light.of_camera ? from_camera(view.camera, light.direction)
-                                             : light.direction)),
-           light.radiance});
-  }
-
-  /// Radiance and opacity of a ray.
-  glm::dvec4 draw(const WorldRay& ray) {
-    const VoxelLines::Line line =
-        lines_.line(glm::dvec3(to_index_ * glm::dvec4(ray.origin, 1)), ray.direction);
-    const Box domain = medium_.density->domain();
-    const glm::dvec2 in = interval_in(domain.min, domain.max, line.from, line.way);
-    const glm::dvec2 left = clip_interval(clip_, ray) / line.step;
-    const double enters = std::max({in.x, 0.0, left.x});
-    double through = 1, lit_at = 2;
-    glm::dvec3 radiance(0), beams(0);
-    if (!(enters < std::min(in.y, left.y))) return glm::dvec4(0);
-    const double begin = enters + 0.5;
-    lines_.walk_between(line, begin, [&](double n, double between) {
-      if (begin + n > left.y) return false;
-      const auto value = float(between);
-      const double depth = medium_.extinction * line.step * lines_.attenuation(double(value));
-      if (!(depth > 0)) return true;
-      if (through < lit_at - light_interval) {
-        beams = light_at(glm::ivec3(glm::round(line.from + (begin + n) * line.way)));
-        lit_at = through;
-      }
-      const double passed = through * std::exp(-depth);
-      radiance += (through - passed) * luminance(value, beams);
-      through = passed;
-      return through > opaque;
-    });
-    return glm::dvec4(radiance, 1 - through);
-  }
-
- private:
-  glm::dvec3 light_at(const glm::ivec3& voxel) {
-    glm::dvec3 sum(0);
-    for (const DraftLight& light : lights_) {
-      const double scale = medium_.extinction * light.towards.step;
-      const double depth =
-          lines_.depth_of(voxel) + lines_.depth_behind(voxel, light.towards, dark / scale);
-      sum += light.radiance * std::exp(-scale * depth);
-    }
-    return sum;
-  }
-
-  glm::dvec3 luminance(float value, const glm::dvec3& beams) const {
-    if (!colors_) return medium_.color + beams;
-    const glm::dvec3 color = colors_->at(value);
-    return medium_.color * color + (medium_.light && medium_.light->tinted ? beams * color : beams);
-  }
-
-  const Medium& medium_;
-  std::vector<HalfSpace> clip_;
-  VoxelLines lines_;
-  glm::dmat4 to_index_;
-  std::optional<FunctionColors> colors_;
-  std::vector<DraftLight> lights_;
-};
-
-/// Whether rays through voxels know all that it glows by.
-bool suits_rays(const View& view) {
-  const Medium& medium = view.medium;
-  const bool source =
-      medium.source == LuminanceSource::constant || medium.source == LuminanceSource::transfer;
-  const bool sky =
-      medium.light && (medium.light->sky != glm::dvec3(0) || !view.scene.environment.empty());
-  return view.scene.composites() && !info(view.scene.mode).from_back && source && !sky &&
-         !(medium.light && !medium.light->albedo.empty()) && medium.emission.empty() &&
-         !medium.gradient && view.scene.phase_g == 0 && view.scene.scatter_octaves == 1;
-}
-
 }  // namespace
-
-double Draft::mean_luminance() const {
-  if (luminance.empty()) return 0;
-  return std::accumulate(luminance.begin(), luminance.end(), 0.0) / double(luminance.size());
-}
-
-double Draft::level(double part) const { return exceeded_by(brightest, part); }
-
-void Draft::see(const glm::dvec3& radiance, double alpha) {
-  const double light = 0.2126 * radiance.x + 0.7152 * radiance.y + 0.0722 * radiance.z;
-  if (alpha < covered_alpha && light < covered_luminance) return;
-  luminance.push_back(light);
-  brightest.push_back(std::max({radiance.x, radiance.y, radiance.z}));
-}
-
-void Draft::sort() {
-  std::sort(luminance.begin(), luminance.end());
-  std::sort(brightest.begin(), brightest.end());
-}
 
 Image draft_picture(Scene scene, const MediumFields& fields) {
   scene.background.reset();
@@ -274,16 +140,6 @@ Image draft_picture(Scene scene, const MediumFields& fields) {
   return Session(make_view(scene, fields)).draw(*open_double(), {.any_light = true}).image;
 }
 
-Draft make_draft(const Scene& scene, const MediumFields& fields) {
-  const Image image = draft_picture(scene, fields);
-  Draft draft;
-  const auto rgba = image.rgba();
-  for (std::size_t i = 0; i < rgba.size(); i += 4)
-    draft.see(glm::dvec3(rgba[i], rgba[i + 1], rgba[i + 2]), double(rgba[i + 3]));
-  draft.sort();
-  return draft;
-}
-
 double glow_level(const Image& image, double part) {
   std::vector<float> glow;
   const auto rgba = image.rgba();
@@ -292,26 +148,8 @@ double glow_level(const Image& image, double part) {
   const float least = glowing * std::ranges::max(glow);
   std::erase_if(glow, [&](float value) { return !(value > 0 && value >= least); });
   std::ranges::sort(glow);
-  return double(exceeded_by(glow, part));
-}
-
-std::optional<Draft> ray_draft(const View& view) {
-  if (!suits_rays(view)) return {};
-  const RayDraft rays(view);
-  Draft draft;
-  for (int odd = 0; odd < 2 && draft.luminance.size() < enough_pixels; ++odd) {
-    std::vector<glm::dvec4> seen(std::size_t(ray_count.x) * ray_count.y / 2);
-    tbb::parallel_for(tbb::blocked_range<int>(0, ray_count.y, 4), [&](const auto& rows) {
-      RayDraft own = rays;
-      for (int y = rows.begin(); y != rows.end(); ++y)
-        for (int i = 0; i < ray_count.x / 2; ++i)
-          seen[std::size_t(y * ray_count.x / 2 + i)] =
-              own.draw(camera_ray(view.camera, ray_count, 2 * i + (y + odd) % 2 + 0.5, y + 0.5));
-    });
-    for (const glm::dvec4& ray : seen) draft.see(glm::dvec3(ray), ray.w);
-  }
-  draft.sort();
-  return draft;
+  if (glow.empty()) return 0;
+  return double(glow[std::size_t(double(glow.size() - 1) * (1 - part))]);
 }
 
 }  // namespace psivox

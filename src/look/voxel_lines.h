@@ -56,27 +56,10 @@ class VoxelLines {
     }
   }
 
-  /// Calls see(n, value) for the interpolated values at the points k + n of a line, n = 0, 1, ...,
-  /// while they are in the domain and it returns true. Passes over points around which nothing is
-  /// stored, if that attenuates nothing.
-  template <typename See>
-  void walk_between(const Line& line, double k, See&& see) {
-    for (double n = 0;;) {
-      const glm::dvec3 point = line.from + (k + n) * line.way;
-      if (!domain_.contains(nearest_voxel(point))) return;
-      const double value = nearest_ ? density_.at(nearest_voxel(point)) : density_.at(point);
-      const std::size_t empty =
-          value == 0 && empty_is_clear_ ? density_.empty_cells(point, line.way) : 0;
-      if (empty == 0 && !see(n, value)) return;
-      n += double(std::max<std::size_t>(empty, 1));
-    }
-  }
-
  private:
   /// Without colours, among whose many knots a search would take longer.
   std::shared_ptr<const TransferFunction> function_;
   FieldCursor density_;
-  bool nearest_;  ///< values are those of the nearest voxels
   Box domain_;
   glm::dmat3 to_index_;
   bool empty_is_clear_;
@@ -88,27 +71,7 @@ class VoxelLines {
 /// along straight steps of a voxel, from some thousands of them.
 double light_extinction(const View& view, bool sparse);
 
-/// Luminances (Rec. 709) and brightest channels of the covered pixels of a small picture of a
-/// scene, each ascending. Drawn in double precision, in coarse light.
-struct Draft {
-  std::vector<double> luminance, brightest;
-
-  /// Adds a pixel of this radiance and opacity; sort() is due when all are added.
-  void see(const glm::dvec3& radiance, double alpha);
-  void sort();
-
-  double mean_luminance() const;
-  /// The brightest channel that this part of the pixels exceeds; 0 if none is covered.
-  double level(double part) const;
-};
-
-Draft make_draft(const Scene& scene, const MediumFields& fields);
-
-/// The same from rays through the nearest voxels, without an atlas: a large volume takes no longer.
-/// Nothing where the view has more than `alpha` with lights shows.
-std::optional<Draft> ray_draft(const View& view);
-
-/// The small picture itself.
+/// A small picture of a scene, drawn in double precision, in coarse light.
 Image draft_picture(Scene scene, const MediumFields& fields);
 
 /// The brightest channel that this part of the glowing pixels exceeds, however bright they are: of
