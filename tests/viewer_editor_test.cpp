@@ -50,6 +50,32 @@ TEST_P(Editor, PointsOfTheTransferFunctionAreDragged) {
   EXPECT_EQ(editor.points().size(), 3u);
 }
 
+TEST(ViewerEditor, EachChangeOfTheFunctionIsUndone) {
+  Scene scene = small(asset("blobs.vdb"));
+  scene.resolution = {900, 600};
+  Hands hands(scene);
+  ASSERT_TRUE(hands.until_exact());
+  const Image plain = hands.viewer.exact_picture().value();
+  hands.viewer.panels().transfer = true;
+  hands.frames(4);
+  const TransferEditor& editor = hands.viewer.transfer_editor();
+  const auto drag = [&] {
+    const glm::dvec2 from = editor.place_of(1).value();
+    hands.drag(from, from + glm::dvec2(20, -20));
+    EXPECT_TRUE(hands.until_exact());
+    return hands.viewer.exact_picture().value();
+  };
+  const Image once = drag();
+  drag();
+  hands.key(GLFW_KEY_Z, GLFW_MOD_CONTROL);
+  ASSERT_TRUE(hands.until_exact());
+  expect_same(hands.viewer.exact_picture().value(), once);
+  hands.key(GLFW_KEY_Z, GLFW_MOD_CONTROL);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_TRUE(hands.viewer.scene().transfer_function.empty());
+  expect_same(hands.viewer.exact_picture().value(), plain);
+}
+
 INSTANTIATE_TEST_SUITE_P(Contexts, Editor, ::testing::Bool(),
                          [](const auto& context) { return context.param ? "egl" : "native"; });
 

@@ -102,6 +102,26 @@ TEST(ViewerLook, AChosenLookReplacesTheLookAndKeepsTheCamera) {
   EXPECT_EQ(plain.camera_position, before.camera_position);
 }
 
+TEST(ViewerLook, AnotherColourMapIsDrawnAsRenderDrawsItAndIsUndone) {
+  const Scene start = open_look(asset("blobs.vdb"));
+  Hands hands(start);
+  ASSERT_TRUE(hands.until_exact());
+  const Scene before = hands.viewer.scene();
+  Scene mapped = before;
+  apply_over(mapped, std::vector<Setting>{{"colormap", "viridis"}});
+  hands.viewer.set_scene(mapped);
+  hands.frames(2);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.look().text(), "auto: scan");
+  Scene asked = start;
+  asked.colormap = Colormap::viridis;
+  EXPECT_EQ(to_json(without_lights(hands.viewer.scene())), to_json(auto_scene(asked)));
+  hands.key(GLFW_KEY_Z, GLFW_MOD_CONTROL);
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.look().text(), "auto: fire");
+  EXPECT_EQ(to_json(hands.viewer.scene()), to_json(before));
+}
+
 TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   const fs::path folder = test::scratch_dir();
   write_text((folder / "amber.json").string(), R"({"luminance": [1, 0.6, 0.1]})");

@@ -163,6 +163,7 @@ void Gui::end_frame() {
 
 bool Gui::takes_pointer() const { return ImGui::GetIO().WantCaptureMouse; }
 bool Gui::takes_keys() const { return ImGui::GetIO().WantTextInput; }
+bool Gui::editing() const { return ImGui::IsAnyItemActive() || ImGui::IsMouseDown(0); }
 
 void Messages::error(const std::string& text) {
   say(text);

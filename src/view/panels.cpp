@@ -6,6 +6,7 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
+#include "view/overlay.h"
 #include "view/viewer.h"
 #include "view/widgets.h"
 
@@ -65,6 +66,8 @@ void draw_file_section(Viewer& viewer) {
   if (ImGui::Button("reload (R)")) viewer.reload();
   ImGui::SameLine();
   ImGui::Checkbox("when it changes", &viewer.options().watch);
+  ImGui::SameLine();
+  if (ImGui::Button("browse")) viewer.panels().files = true;
 }
 
 void draw_output_section(Viewer& viewer) {
@@ -118,7 +121,13 @@ void draw_display_section(Viewer& viewer) {
   int layer = int(viewer.layer());
   if (ImGui::Combo("show", &layer, shown_layers, IM_ARRAYSIZE(shown_layers)))
     viewer.show(static_cast<ShownLayer>(layer));
-  ImGui::Checkbox("transfer function (T)", &viewer.panels().transfer);
+  Panels& panels = viewer.panels();
+  ImGui::Checkbox("function (T)", &panels.transfer);
+  for (const auto& [name, shown] :
+       {std::pair("bar", &panels.color_bar), {"axes", &panels.axes}, {"box", &panels.box}}) {
+    ImGui::SameLine();
+    ImGui::Checkbox(name, shown);
+  }
   const char* names[] = {"one picture", "two, with a divider", "signed difference"};
   int chosen = int(look.comparison);
   if (ImGui::Combo("compare (X)", &chosen, names, 3))
@@ -196,6 +205,9 @@ std::string status(const Viewer& viewer) {
                       range.x, range.y);
   else if (viewer.layer() == ShownLayer::error)
     text += "; the error is computed once the picture is at rest";
+  if (const auto& probed = viewer.probed())
+    text += formatted("; value %.4g at (%.4g, %.4g, %.4g)", probed->value, probed->point.x,
+                      probed->point.y, probed->point.z);
   return viewer.saving() ? text + "; saving " + viewer.saved_path() : text;
 }
 
@@ -310,6 +322,10 @@ void draw_panels(Viewer& viewer) {
   if (panels.scene) draw_scene_panel(viewer);
   if (!viewer.sequence().empty()) draw_timeline(viewer.sequence(), viewer.gui().scale());
   draw_status(viewer);
+  if (panels.color_bar) draw_color_bar(viewer);
+  if (panels.axes || panels.box) viewer.messages().attempt([&] { draw_marks(viewer); });
+  if (std::string file; panels.files && browse(viewer.panels().folder, file, viewer.panels().files))
+    viewer.open({file});
   if (panels.help) draw_help(viewer);
   if (panels.transfer && viewer.volume()) draw_transfer_panel(viewer);
 }

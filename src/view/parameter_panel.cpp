@@ -14,9 +14,9 @@ namespace psivox::view {
 namespace {
 
 /// Parameters that the window sets, or that hold from the start on.
-constexpr const char* left_out[] = {"input",    "resolution",   "device",    "look",
-                                    "exposure", "tone-map",     "color-bar", "scale-bar",
-                                    "ocio",     "ocio-display", "ocio-view", "ocio-space"};
+constexpr const char* left_out[] = {"input",     "resolution", "device",    "look", "exposure",
+                                    "tone-map",  "color-bar",  "scale-bar", "ocio", "ocio-display",
+                                    "ocio-view", "ocio-space", "axes",      "box",  "title"};
 
 std::string help_of(const Parameter& p) {
   std::string text = "--" + p.name + ": " + p.help;

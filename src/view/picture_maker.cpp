@@ -42,9 +42,9 @@ void PictureMaker::rest(std::uint64_t number) {
   post([&] { resting_ = number; });
 }
 
-void PictureMaker::pick(const glm::dvec2& pixel) {
+void PictureMaker::ask(const glm::dvec2& pixel, bool for_value) {
   post([&] {
-    pick_ = pixel;
+    pick_ = {pixel, for_value};
     interrupted_ = true;
   });
 }
@@ -79,7 +79,7 @@ void PictureMaker::run(const std::stop_token& stop) {
 void PictureMaker::serve(const std::stop_token& stop) {
   PictureWish current;
   while (true) {
-    std::optional<glm::dvec2> pixel;
+    std::optional<std::pair<glm::dvec2, bool>> pixel;
     bool renew = false, fresh = false;
     {
       std::unique_lock lock(mutex_);
@@ -93,7 +93,7 @@ void PictureMaker::serve(const std::stop_token& stop) {
     }
     try {
       if (renew) renew_renderer();
-      if (pixel && current.volume) find_picked(current, *pixel);
+      if (pixel && current.volume) find_picked(current, pixel->first, pixel->second);
       if ((fresh || renew) && current.volume) make(current, stop);
     } catch (const Outdated&) {
       const std::lock_guard lock(mutex_);
@@ -181,10 +181,14 @@ void PictureMaker::draw_previews(const PictureWish& wish) {
   pace_.took(rung, sum_ms);
 }
 
-void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel) {
+void PictureMaker::find_picked(const PictureWish& wish, const glm::dvec2& pixel, bool for_value) {
   if (wish.volume != shown_) return;  // its light may be missing
-  if (const auto point = wish.volume->session->pick(wish.scenes.front(), pixel))
-    tell([&] { news_.picked = point; });
+  const auto point = wish.volume->session->pick(wish.scenes.front(), pixel);
+  if (point && !for_value) tell([&] { news_.picked = point; });
+  if (!for_value) return;
+  std::optional<Probed> probed;
+  if (point) probed = {*point, wish.volume->value_at(*point)};
+  tell([&] { news_.probed = probed; });
 }
 
 void PictureMaker::renew_renderer() {

@@ -123,11 +123,18 @@ struct PictureState {
   bool complete() const { return refined && refined == wished; }
 };
 
+/// What a pixel shows.
+struct Probed {
+  glm::dvec3 point{0};  ///< [world]
+  double value = 0;     ///< of the density's file
+};
+
 /// What the thread has made since it was last asked.
 struct PictureNews {
-  std::vector<PreviewPicture> previews;  ///< the last of each side
-  std::vector<ExactPart> parts;          ///< of one wish
-  std::optional<glm::dvec3> picked;      ///< point under the pointer; see pick()
+  std::vector<PreviewPicture> previews;         ///< the last of each side
+  std::vector<ExactPart> parts;                 ///< of one wish
+  std::optional<glm::dvec3> picked;             ///< point under the pointer; see pick()
+  std::optional<std::optional<Probed>> probed;  ///< what is there, if anything; see probe()
   std::vector<std::string> errors;
   std::exception_ptr fatal;  ///< why nothing can be drawn on this machine
   PictureState state;        ///< whether it is new or not
@@ -149,7 +156,9 @@ class PictureMaker : public Worker {
   /// knows: where its own drawing is slow, its wishes come late while the camera moves.
   void rest(std::uint64_t number);
   /// Finds the point where the ray through a pixel (its centre at +0.5) meets what it shows.
-  void pick(const glm::dvec2& pixel);
+  void pick(const glm::dvec2& pixel) { ask(pixel, false); }
+  /// Finds the value there.
+  void probe(const glm::dvec2& pixel) { ask(pixel, true); }
   /// Builds the shaders anew from their folder.
   void reload_shaders();
   PictureNews news();
@@ -161,7 +170,8 @@ class PictureMaker : public Worker {
   /// Opens the GPU; has the volume lighted, and uploaded, for a scene of it.
   void bring_up(const std::shared_ptr<Volume>& wished, const Scene& scene);
   void draw_previews(const PictureWish& wish);
-  void find_picked(const PictureWish& wish, const glm::dvec2& pixel);
+  void ask(const glm::dvec2& pixel, bool for_value);
+  void find_picked(const PictureWish& wish, const glm::dvec2& pixel, bool for_value);
   void renew_renderer();
   void stage(const std::string& name, double fraction);
   void check_current(std::uint64_t number) const;
@@ -182,8 +192,8 @@ class PictureMaker : public Worker {
   ContextOptions context_;
   // guarded
   std::optional<PictureWish> wish_;
-  std::optional<glm::dvec2> pick_;
-  std::uint64_t resting_ = 0;  ///< the wish of the last rest()
+  std::optional<std::pair<glm::dvec2, bool>> pick_;  ///< true: for its value
+  std::uint64_t resting_ = 0;                        ///< the wish of the last rest()
   bool reload_ = false;
   std::atomic<std::uint64_t> newest_{0};
   std::atomic<bool> interrupted_{false};  ///< a pick or a reload does not wait for a refinement

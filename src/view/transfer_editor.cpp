@@ -71,18 +71,19 @@ std::string unused_name(const std::string& stem) {
 
 }  // namespace
 
-TransferEditor::TransferEditor() : own_file_((private_folder() / "transfer.json").string()) {}
+TransferEditor::TransferEditor() : own_files_((private_folder() / "transfer-").string()) {}
 
 TransferEditor::~TransferEditor() {
   std::error_code ignored;
-  fs::remove_all(fs::path(own_file_).parent_path(), ignored);
+  fs::remove_all(fs::path(own_files_).parent_path(), ignored);
 }
 
 void TransferEditor::take(const Volume& volume, const Scene& scene) {
   if (dragging_ || sliding_ || taken_from_ == volume.key ||
-      volume.scene.transfer_function == own_file_)
+      (edits_ > 0 && volume.scene.transfer_function == own_file()))
     return;
   taken_from_ = volume.key;
+  scale_ = volume.fields.density->scale;
   selected_ = -1;
   const auto& function = volume.function;
   points_ = function && !function->has_gradient() ? function->points() : identity(volume.histogram);
@@ -275,12 +276,14 @@ bool TransferEditor::draw_selected() {
     canvas_.top = std::max(canvas_.top, 1.15 * point.attenuation);
     changed = true;
   }
-  ImGui::Text("value %.5g", point.value);
+  ImGui::Text("value %.5g", scale_.value_of(point.value));
   return changed;
 }
 
 void TransferEditor::write(const std::string& path) const {
-  write_text(path, to_json(TransferFunction(points_, has_color_)));
+  TransferPoints points = points_;
+  for (TransferPoint& point : points) point.value = scale_.value_of(point.value);
+  write_text(path, to_json(TransferFunction(std::move(points), has_color_)));
 }
 
 void TransferEditor::name(Scene& scene, const std::string& path) {
@@ -288,7 +291,7 @@ void TransferEditor::name(Scene& scene, const std::string& path) {
   taken_from_.clear();
 }
 
-void TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
+void TransferEditor::draw(Scene& scene, const Volume& volume, bool& open, bool goes_on) {
   take(volume, scene);
   sliding_ = false;  // of a hidden panel, too
   const Panel panel("Transfer function", &open);
@@ -298,12 +301,13 @@ void TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
   if (draw_selected() || dragged || stretched) {
     // `auto` would undo a change of all attenuations at once.
     if (!scene.extinction) scene.extinction = three_digits(volume.extinction);
-    write(own_file_);
-    set_valid(scene, "transfer-function", own_file_);
+    if (!goes_on || edits_ == 0) ++edits_;
+    write(own_file());
+    set_valid(scene, "transfer-function", own_file());
   }
   ImGui::InputText("file", &path_);
   if (ImGui::Button("load")) {
-    points_ = read_transfer_function(path_).points();
+    points_ = scaled_function(read_transfer_function(path_), scale_).points();
     selected_ = -1;
     name(scene, path_);
   }
@@ -317,9 +321,9 @@ void TransferEditor::draw(Scene& scene, const Volume& volume, bool& open) {
 }
 
 std::optional<std::string> TransferEditor::keep(Scene& scene) {
-  if (scene.transfer_function != own_file_) return std::nullopt;
+  if (!scene.transfer_function.starts_with(own_files_)) return std::nullopt;
   const std::string name = unused_name("transfer");
-  write(name);
+  write_text(name, read_text(scene.transfer_function, "transfer function"));
   scene.transfer_function = name;
   return name;
 }

@@ -44,8 +44,9 @@ class TransferEditor {
   TransferEditor& operator=(const TransferEditor&) = delete;
 
   /// Draws the panel; its close button clears `open`. A scene that is changed names the edited
-  /// file. Throws Error(input), Error(output) for files.
-  void draw(Scene& scene, const Volume& volume, bool& open);
+  /// file: another one for each change, unless it `goes_on` with the last, so that the scene before
+  /// names what it was drawn with. Throws Error(input), Error(output) for files.
+  void draw(Scene& scene, const Volume& volume, bool& open, bool goes_on = false);
 
   /// If the scene names the viewer's own file, copies it to the working directory, has the scene
   /// name the copy and returns its name. Throws Error(output).
@@ -72,8 +73,12 @@ class TransferEditor {
   bool slide_opacity();
   void fit_top();
 
-  std::string own_file_;
-  TransferPoints points_;
+  std::string own_file() const { return own_files_ + std::to_string(edits_) + ".json"; }
+
+  std::string own_files_;  ///< begins their names
+  int edits_ = 0;
+  TransferPoints points_;  ///< of scaled values
+  ValueScale scale_;
   bool has_color_ = true;
   std::string taken_from_;  ///< key of the volume whose function `points_` is
   int selected_ = -1;

@@ -140,6 +140,10 @@ void Viewer::take_pictures() {
   pictures_ = news.state;
   pictures_.wished = wished;
   if (news.picked) navigation_.set_pivot(*news.picked);
+  if (news.probed) {
+    probed_ = *news.probed;
+    redraw(1);
+  }
   if (news.fatal && !pictures_.shown) first_error_ = news.fatal;
   for (const std::string& message : news.errors) messages_.error(message);
 }
@@ -176,6 +180,7 @@ void Viewer::wish_pictures(const Scene& wanted, bool at_hand) {
   }
   if (text == posted_) return;
   posted_ = text;
+  probed_.reset();
   try {
     for (const Scene& scene : scenes) validate(scene);
   } catch (const Error& e) {
@@ -254,6 +259,7 @@ void Viewer::draw(double seconds) {
   display_.draw(size, settings_);
   gui_.begin_frame(size, seconds);
   draw_panels(*this);
+  changing_ &= gui_.editing();
   gui_.end_frame();
   if (options_.debug)
     for (const std::string& problem : window_.problems()) messages_.error("OpenGL: " + problem);

@@ -19,6 +19,8 @@ namespace psivox::view {
 /// Which panels are open, and the text typed into them.
 struct Panels {
   bool scene = true, transfer = false, help = false;
+  bool color_bar = false, axes = false, box = false, files = false;
+  std::string folder;   ///< of the list of files
   bool slices = false;  ///< the scene was a slice when the panels were last drawn
   std::string open_path;
   std::string picture_path = "picture.exr", scene_path = "scene.json";
@@ -91,6 +93,8 @@ class Viewer {
   void open(const std::vector<std::string>& inputs);
   /// The scene's resolution is ignored: it is the window's.
   void set_scene(const Scene& scene);
+  /// Takes back the last change of the scene, but for the camera; none if there is none.
+  void undo();
   /// Gives the file a look: `auto`, `smoke`, a name or path of the user's own. The camera stays.
   void choose_look(const std::string& name);
   void compare(Comparison comparison, const std::optional<Scene>& other);
@@ -98,6 +102,9 @@ class Viewer {
   void reload();
   /// Puts the pivot on what the pixel shows.
   void pick(const glm::dvec2& pixel) { maker_.pick(pixel); }
+  /// Looks up the value that the pixel shows, once the picture is at rest.
+  void probe(const glm::dvec2& pixel);
+  const std::optional<Probed>& probed() const { return probed_; }
   void save_picture(const std::string& path);
   std::string copy_command_line();
   /// Saves the camera alone if a file of this name holds a camera.
@@ -152,6 +159,8 @@ class Viewer {
     std::vector<std::string> inputs;
   };
 
+  /// Keeps what the scene was before a change, unless a hand goes on with the last one.
+  void remember();
   void open_files(const std::vector<std::string>& inputs);
   void open_scene(const std::string& path);
   /// Shows what was opened by that name.
@@ -192,11 +201,14 @@ class Viewer {
   DisplaySettings settings_;
 
   Opened now_;
+  std::vector<std::pair<Scene, LookChoice>> history_;  ///< of changes, the last one last
+  bool changing_ = false;                              ///< a hand is still on what has changed
   std::optional<Opened> fallback_;  ///< before the file or look in preparation was asked for
   std::optional<Scene> other_;      ///< of a comparison
   ShownLayer layer_ = ShownLayer::picture;
   double auto_exposure_ = 0;
   PictureState pictures_;
+  std::optional<Probed> probed_;    ///< under the pointer
   std::string posted_;              ///< text of the last wish
   double quiet_s_ = 0;              ///< waited for events since that wish
   std::uint64_t rested_ = 0;        ///< the last wish that may be refined

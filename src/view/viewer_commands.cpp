@@ -8,6 +8,8 @@
 #include <glm/common.hpp>
 #include <map>
 #include <set>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "app/command_text.h"
@@ -115,6 +117,11 @@ const std::vector<Command>& commands() {
        [](Viewer& v, auto&) { v.sequence().toggle_playing(); }},
       {"Left, Right", "frame before, frame after", {GLFW_KEY_LEFT, GLFW_KEY_RIGHT}, go_on},
       {"R", "read file and shaders again", {GLFW_KEY_R}, [](Viewer& v, auto&) { v.reload(); }},
+      {"Ctrl+Z",
+       "undo a change of the scene",
+       {GLFW_KEY_Z},
+       [](Viewer& v, auto&) { v.undo(); },
+       Control::held},
       {"Ctrl+S", "save the picture", {GLFW_KEY_S}, save_picture, Control::held},
       {"Ctrl+C", "copy as command line", {GLFW_KEY_C}, copy_command_line, Control::held},
       {"Tab", "panel", {GLFW_KEY_TAB}, toggle<&Panels::scene>},
@@ -188,6 +195,8 @@ void Controls::move(const Event& event) {
     navigation.pan(by);
   else if (button_ == GLFW_MOUSE_BUTTON_RIGHT)
     navigation.dolly(-0.05 * by.y / viewer_.gui().scale());
+  else if (!viewer_.gui().takes_pointer())
+    viewer_.probe(glm::floor(event.place) + 0.5);
 }
 
 bool Controls::fly(Clock::time_point now) {
@@ -222,6 +231,7 @@ void Viewer::open_files(const std::vector<std::string>& inputs) {
 
 void Viewer::start(Opened next, const std::string& name) {
   if (!fallback_) fallback_ = now_;
+  history_.clear();  // of another file
   next.sequence.rate = now_.sequence.rate;
   now_ = std::move(next);
   now_.scene.input = now_.sequence.path();
@@ -231,11 +241,35 @@ void Viewer::start(Opened next, const std::string& name) {
   redraw(3);
 }
 
+void Viewer::remember() {
+  constexpr std::size_t most = 100;
+  if (std::exchange(changing_, gui_.editing()) && !history_.empty()) return;
+  history_.emplace_back(now_.scene, now_.look);
+  if (history_.size() > most) history_.erase(history_.begin());
+}
+
+void Viewer::undo() {
+  if (history_.empty()) return messages_.say("nothing to undo");
+  std::tie(now_.scene, now_.look) = history_.back();
+  history_.pop_back();
+  changing_ = false;
+  fallback_.reset();
+  volume_.retry();
+  messages_.say("undone");
+  redraw(3);
+}
+
 void Viewer::set_scene(const Scene& scene) {
   const Scene before = now_.scene;
+  remember();
   const bool moves_camera = !same_camera(this->scene(), scene);
   now_.scene = scene;
   now_.scene.resolution = before.resolution;
+  if (scene.colormap && scene.colormap != before.colormap && !asks_for_look(before)) {
+    // what render chooses for the map, in place of what was chosen for the last one
+    now_.look.suit_again(now_.scene);
+    volume_.retry();
+  }
   redraw(3);
   // the default camera faces the slice
   if (!volume() || (!moves_camera && navigation_.moved())) return;
@@ -247,9 +281,14 @@ void Viewer::set_scene(const Scene& scene) {
   }
 }
 
+void Viewer::probe(const glm::dvec2& pixel) {
+  if (pictures_.complete()) maker_.probe(pixel);
+}
+
 void Viewer::choose_look(const std::string& name) {
   if (now_.scene.input.empty()) return;
   if (!fallback_) fallback_ = now_;
+  remember();
   now_.look.choose(name, now_.scene);
   if (!asks_for_look(now_.scene)) messages_.say("look " + name);
   volume_.retry();
@@ -315,7 +354,16 @@ void Viewer::save_picture(const std::string& path) {
   saving_ = std::async(std::launch::async, options_.render, std::move(arguments));
 }
 
-void Viewer::edit_transfer_function() { editor_.draw(now_.scene, *volume(), panels_.transfer); }
+void Viewer::edit_transfer_function() {
+  Scene edited = now_.scene;
+  const bool goes_on = changing_;
+  editor_.draw(edited, *volume(), panels_.transfer, goes_on);
+  if (has_same(edited, now_.scene, *find_parameter("transfer-function")) &&
+      edited.extinction == now_.scene.extinction)
+    return;
+  remember();
+  now_.scene = std::move(edited);
+}
 
 void Viewer::photograph(const std::string& path) {
   photograph_ = path;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/matrix.hpp>
 #include <regex>
 #include <utility>
 
@@ -50,7 +51,7 @@ bool leaves_choices(const Scene& scene) {
   const auto percentile = [&] { return scene.range->percent != glm::bvec2(false); };
   return asks_for_look(scene) || (scene.attenuates() && !scene.extinction) ||
          (scene.windows() && (!scene.range || percentile())) ||
-         (scene.shows(Shows::surface) && !scene.isovalue);
+         (scene.shows(Shows::surface) && scene.isovalue.empty());
 }
 
 OpenedScene choose_look(Volume& volume, const VdbFile& file) {
@@ -129,6 +130,14 @@ std::string shortened(const std::string& options) {
 
 }  // namespace
 
+double Volume::value_at(const glm::dvec3& point) const {
+  const Field& field = *fields.density;
+  if (!index_) index_ = std::make_unique<const FieldIndex>(field);
+  const glm::dvec3 at(glm::inverse(field.world_from_index) * glm::dvec4(point, 1));
+  const double value = index_->at(at).x;
+  return field.half_width > 0 ? field.half_width - value : field.scale.value_of(value);
+}
+
 std::string volume_key(const Scene& scene, int generation) {
   return key_of(scene, generation, function_stamp(scene));
 }
@@ -172,6 +181,7 @@ std::shared_ptr<Volume> prepare_volume(const Scene& scene, const std::vector<std
   volume->subject = opened.view.subject;
   volume->extinction = opened.view.medium.extinction;
   volume->function = opened.view.medium.transfer;
+  volume->colors = color_scale(opened.view);
   subject_known(volume->subject);
   volume->session = std::make_unique<Session>(std::move(opened.view));
   progress("converting", 0);
@@ -205,6 +215,11 @@ void LookChoice::take_back(Scene& scene, bool camera) {
 
 void LookChoice::start_again(Scene& scene) {
   take_back(scene, true);
+  ask(start_, scene);
+}
+
+void LookChoice::suit_again(Scene& scene) {
+  take_back(scene, false);
   ask(start_, scene);
 }
 

@@ -13,8 +13,10 @@
 #include <utility>
 #include <vector>
 
+#include "field/field_index.h"
 #include "psivox/draw.h"
 #include "psivox/open.h"
+#include "psivox/picture_file.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
 
@@ -47,7 +49,15 @@ struct Volume {
   std::shared_ptr<const TransferFunction> function;  ///< of the density; null: none
   std::vector<std::string> notices;
 
+  std::optional<ColorScale> colors;  ///< of the values, if they have any
+
   std::unique_ptr<Session> session;
+
+  /// The density's value at a point of the world, as the file has it.
+  double value_at(const glm::dvec3& point) const;
+
+ private:
+  mutable std::unique_ptr<const FieldIndex> index_;  ///< of the thread that asks for values
 };
 
 /// The parameters that a scene's volume depends on, as text; `generation` counts reloads of its
@@ -196,6 +206,8 @@ class LookChoice {
   /// Has the scene ask for the look of the start, without what the last look has set. What the user
   /// has changed since then stays.
   void start_again(Scene& scene);
+  /// The same for another colour map, which a look of its own suits. The camera stays.
+  void suit_again(Scene& scene);
   /// Has the scene ask for a look, in place of all that it says of how a picture looks.
   void choose(const std::string& name, Scene& scene);
   /// Takes what a volume's look has chosen over to the scene that asked for it, except what the

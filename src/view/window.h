@@ -87,6 +87,8 @@ class Gui {
   /// Whether the pointer or the keyboard is for the panels, not for the picture.
   bool takes_pointer() const;
   bool takes_keys() const;
+  /// Whether a hand is on a widget.
+  bool editing() const;
   double scale() const { return scale_; }
   /// Whether panels go to their places in this frame: the first after a change of the scale.
   bool places_panels() const { return places_panels_; }
