@@ -18,7 +18,7 @@ void draw(ivec2 at) {
 #if RESUMABLE
   save_march(m, at);
 #endif
-  out_picture = drawn(m, ray, p);
+  out_picture = drawn(m, ray);
   if (m.stuck) out_picture.w += float(STUCK_MARK);
   out_layers = vec4(depth_of(m, p), decay(m.optical_depth).e, float(m.steps), float(m.samples));
 }

@@ -57,7 +57,7 @@ void march(INOUT(March) m, Ray ray) {
       else turn_cells(m, w.cells, ray);
       if (m.t >= ray.end) m.done = true;
     }
-    if (!depth_only) m.transmittance = decay(m.optical_depth).e;
+    if (shows == SHOWS_light && !depth_only) m.transmittance = decay(m.optical_depth).e;
     if (!m.done && !(reached(m, w) > last)) {  // so that NaN ends, too
       m.stuck = true;
       m.done = true;

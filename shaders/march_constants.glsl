@@ -3,6 +3,7 @@
 CONSTANT(int, mode)               // Mode
 CONSTANT(int, shows)              // Shows, what the mode shows of a ray
 CONSTANT(bool, from_back)         // rays are marched back to front
+CONSTANT(bool, veils)             // a surface is not opaque
 CONSTANT(int, luminance_source)   // LuminanceSource
 CONSTANT(bool, octants)           // rays pass over octants of bricks that their entries say are hidden
 CONSTANT(bool, absent_voxels)     // some of the density's values are NaN: a cell with one is vacuum

@@ -35,7 +35,10 @@ PARAMETER(real, world_unit)           // world length of one unit of t
 PARAMETER(int, max_turns)             // of the loop in this pass
 PARAMETER(real, lmip_threshold)
 PARAMETER(real, least_value)  // maxima no nearer to 0 show something, and so much is a fall
-PARAMETER(real, isovalue)
+PARAMETER(int, surfaces_first)        // where `tables` has the surfaces by ascending values: the value, then
+PARAMETER(int, surfaces)              // colour and opacity
+PARAMETER(real, first_isovalue)
+PARAMETER(real, last_isovalue)
 PARAMETER(real3, normal_x)            // columns of the inverse transposed transform: what turns a
 PARAMETER(real3, normal_y)            // gradient over voxels into the world's [1 / unit of t]
 PARAMETER(real3, normal_z)

@@ -26,12 +26,12 @@ struct March {
   bool own;            // and it begins in the region that the ray collects from
   int interval;        // of the transfer function, where pieces end at its knots
   real phase;          // factor of all luminance along the ray
-  real3 radiance;      // without `color`, unless there is emission; x is a maximum's value, and at a
-                       // surface 1 or -1, the sign of the slope along the ray
+  real3 along;         // direction of the ray in the world, for surfaces; a pass does not keep it
+  real3 radiance;      // without `color`, unless there is emission; of a value see modes/value.glsl
   real3 radiance_lost; // what rounding left out of it (Kahan); a pass does not keep it
   real optical_depth;
-  real lost;           // what rounding left out of optical_depth (Kahan)
-  real transmittance;  // e^{-optical_depth}; kept only where the radiance needs it
+  real lost;           // what rounding left out of optical_depth (Kahan); or an opaque surface
+  real transmittance;  // e^{-optical_depth}, kept only where the radiance needs it; or of surfaces
   real half_at;        // optical depth at which the transmittance falls below 1/2
   real stop_at;        // optical depth at which the ray ends
   real half_depth;     // t at which the transmittance falls below 1/2, or of the maximum, the surface
@@ -55,6 +55,7 @@ struct March {
 March begin_march(Ray ray) {
   March m;
   m.phase = real(1.0);
+  m.along = real3(real(0.0));
   m.t = ray.begin;
   m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)), real(0.0), real3(real(0.0)));
   m.step_error = real(0.0);
@@ -65,7 +66,7 @@ March begin_march(Ray ray) {
   m.vacuum = false;
   m.own = true;
   m.interval = 0;
-  m.radiance = real3(shows == SHOWS_value ? UNKNOWN : real(0.0));
+  m.radiance = real3(shows == SHOWS_value && mode != MODE_mean ? UNKNOWN : real(0.0));
   m.radiance_lost = real3(real(0.0));
   m.optical_depth = real(0.0);
   m.lost = real(0.0);
@@ -91,11 +92,12 @@ March begin_march(Ray ray) {
 // The phase, the rays in the other grids, and what was passed, which no pass keeps.
 void aim(INOUT(March) m, Pixel p) {
   m.phase = phase_of(p);
+  if (shows == SHOWS_surface) m.along = (world_0 + world_u * p.u + world_v * p.v) * p.inverse_length;
   if (has_passed) {
     // before its region: the greatest value, or the optical depth
     real passed = table_number(passed_first, p.number);
     if (shows == SHOWS_value) {
-      m.radiance.x = max(m.radiance.x, passed);
+      if (mode != MODE_mean) m.radiance.x = max(m.radiance.x, passed);
     } else {
       m.half_at -= passed;
       m.stop_at -= passed;

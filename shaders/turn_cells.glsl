@@ -28,7 +28,7 @@ void turn_cells(INOUT(March) m, INOUT(CellWalk) w, Ray ray) {
   m.front = with_value(m, m.front, Sample(s.f_front, max(s.slope.f_0, real(0.0))));
   if (limits_pieces && (!s.run || other_volumes > 0)) limit_piece(s, m, ray);
   if (cuts_pieces) cut_piece(s, m);
-  cross_cell(m, node, s);
+  cross_cell(m, node, s, ray);
   bool crossed = !cuts_pieces || m.t >= s.t_exit;
   if (crossed) m.cell = s.next;
   w = CellWalk(node.kind, node.payload, s.run || (crossed && s.leaves) ? 0 : node.side);

@@ -76,7 +76,7 @@ PSIVOX_IN_ONE_FUNCTION void march_ray(AtlasMarch& march, const AtlasMarch::Pixel
   AtlasMarch::March m = march.begin_march(ray);
   march.aim(m, pixel);
   march.march(m, ray);
-  out.picture = march.drawn(m, ray, pixel);
+  out.picture = march.drawn(m, ray);
   out.end = ray.end;
   out.reached = m.t;
   out.stuck = m.stuck;

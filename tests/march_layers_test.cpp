@@ -101,7 +101,7 @@ TEST_F(MarchLayers, RaysThatAreNotDrawnAreThoseOfTheMarch) {
     for (const int samples : {1, 3}) {
       Scene scene = looking(small_scene(64), {95, 60, 70}, {11, 52, -29});
       scene.mode = mode;
-      if (mode == Mode::isosurface) scene.isovalue = 0.2;
+      if (mode == Mode::isosurface) scene.isovalue = {{0.2}};
       scene.pixel_samples = samples;
       scene.extinction = 0.3;
       const View view = view_of(scene, mixed());

@@ -28,7 +28,7 @@ View mode_view(const Scene& scene, Field field, Mode mode) {
   View view = view_of(scene, std::move(field));
   view.scene.mode = mode;
   view.scene.lmip_threshold = mode == Mode::lmip ? 0.45 : 0;
-  view.medium.isovalue = 0.4;
+  view.medium.surfaces = {{0.4, {1, 0.5, 0.25}}};
   view.medium.least_value = 4e-6;  // the rounding of values up to 1
   view.medium.extinction = 0.1;
   view.medium.color = {1, 0.5, 0.25};
@@ -37,15 +37,12 @@ View mode_view(const Scene& scene, Field field, Mode mode) {
 View with_ramp(View view) {
   view.medium.transfer = ramp();
   view.medium.source = LuminanceSource::transfer;
+  for (Surface& surface : view.medium.surfaces)
+    surface.color *= view.medium.transfer->at(surface.isovalue).color;
   return view;
 }
 
-const char* mode_name(Mode mode) {
-  return mode == Mode::mip    ? "mip"
-         : mode == Mode::lmip ? "lmip"
-         : mode == Mode::xray ? "xray"
-                              : "surface";
-}
+const char* mode_name(Mode mode) { return mode == Mode::isosurface ? "surface" : info(mode).name; }
 
 /// Perspective without a function and parallel with one: these cover what the two can do wrong.
 View either(bool parallel_with_function, Field field, Mode mode) {
@@ -159,6 +156,29 @@ TEST_F(MarchModes, MaximaOnTheGpuAreTheMarchInDouble) {
     }
 }
 
+/// Without vacuum, whose 0 would be the least value of every ray.
+Field cloudy() {
+  Field field = make_field({{0, 0, 0}, {23, 21, 23}},
+                           [](glm::ivec3 v) { return 0.55f + 0.4f * float(noise(v)); });
+  field.margin = 0;
+  return field;
+}
+
+TEST_F(MarchModes, LeastAndMeanValuesAreTheReference) {
+  for (const Mode mode : {Mode::minip, Mode::mean})
+    for (const bool second : {false, true}) {
+      const View view = either(second, second || mode == Mode::minip ? cloudy() : mixed(), mode);
+      const Image reference = render_reference(view).image, image = deep_double(view);
+      expect_content(reference);
+      EXPECT_LE(difference(what(mode, second), image, reference).max, 1e-7);
+      if (mode == Mode::minip && !second) expect_maximum_there(view, image);
+      // as of maxima; a mean of 40 cells gains the roundings of as many sums
+      const auto [count, rms] = outliers(deep_gpu(view), image, 8e-5);
+      EXPECT_LE(rms, 1e-6) << what(mode, second);
+      EXPECT_EQ(count, 0) << what(mode, second);
+    }
+}
+
 /// From -100 to 5 in a vacuum of 0, with more below 0.
 Field hollows() {
   return make_field({{0, 0, 0}, {23, 21, 23}}, [](glm::ivec3 v) {
@@ -171,14 +191,14 @@ Field hollows() {
 View program_view(Mode mode, Field field) {
   Scene scene = parallel();
   scene.mode = mode;
-  if (mode == Mode::isosurface) scene.isovalue = -30;
+  if (mode == Mode::isosurface) scene.isovalue = {{-30}};
   return make_view(scene, share(std::move(field)), nullptr);
 }
 
 TEST_F(MarchModes, ValuesBelowZeroAreMaximaAndSurfacesToo) {
   // Where no value is above 0, the greatest is that of the vacuum, whatever rounding makes of it;
   // and a first maximum of at least 0 is none of rounding's either.
-  for (const Mode mode : {Mode::mip, Mode::lmip, Mode::isosurface}) {
+  for (const Mode mode : {Mode::mip, Mode::lmip, Mode::mean, Mode::isosurface}) {
     const View view = program_view(mode, hollows());
     const Image reference = render_reference(view).image;
     expect_content(reference);
@@ -211,6 +231,25 @@ void expect_shades(const Image& gpu, const Image& in_double) {
   const auto [count, rms] = outliers(gpu, in_double, 3e-5);
   EXPECT_LE(rms, 1e-6);
   EXPECT_LE(count, 3);
+}
+
+/// Veils in front of an opaque surface and behind it, and a veil so dense that it is where half of
+/// the light is left.
+TEST_F(MarchModes, SeveralSurfacesAreTheReference) {
+  for (const double last : {1.0, 0.4}) {
+    View view = mode_view(perspective(), blobs(), Mode::isosurface);
+    view.medium.surfaces = {{0.1, {1, 0.2, 0.1}, 0.2},
+                            {0.25, {0.1, 1, 0.2}, 0.55},
+                            {0.4, {0.2, 0.1, 1}, last},
+                            {0.6, {1, 1, 1}, 1}};
+    const Image reference = render_reference(view).image, image = deep_double(view);
+    expect_content(reference);
+    EXPECT_LE(difference("surfaces", image, reference).rms, 2e-6);  // as of one, up to six times
+    expect_depth(view, image, reference);
+    const Image gpu = deep_gpu(view);
+    EXPECT_LE(difference("surfaces, gpu", gpu, image).rms, 2e-6);
+    expect_depth(view, gpu, reference);
+  }
 }
 
 TEST_F(MarchModes, SurfacesOnTheGpuAreTheMarchInDouble) {

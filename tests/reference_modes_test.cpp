@@ -158,6 +158,26 @@ TEST(ReferenceModes, MaximaAreShownByTheFunction) {
     EXPECT_NEAR(color[c], (glm::dvec3(15, 1, 15) / 16.0 * glm::dvec3(1, 2, 4))[c], 1e-15);
 }
 
+TEST(ReferenceModes, LeastAndMeanValuesOfALine) {
+  // x and 4 - x / 2 in turn, from 0 to 8: along x the mean is that of a line, and along z the
+  // values alternate, so that the mean is that of both
+  Field field = make_field({{0, 0, 0}, {8, 8, 8}}, [](glm::ivec3 v) {
+    return v.z % 2 == 0 ? float(v.x) + 1 : 6 - 0.5f * float(v.x);
+  });
+  field.margin = 0;
+  View view = view_of(Mode::minip, field);
+  EXPECT_EQ(picture(view, {{-5, 4, 4}, {1, 0, 0}}).radiance.x, 1);
+  EXPECT_NEAR(picture(view, {{-5, 4, 4}, {1, 0, 0}}).depth, 5, 1e-12);
+  EXPECT_EQ(picture(view, {{-5, 4, 3}, {1, 0, 0}}).radiance.x, 2);
+  EXPECT_EQ(picture(view, {{6, 4, -5}, {0, 0, 1}}).radiance.x, 3);
+  view.scene.mode = Mode::mean;
+  EXPECT_NEAR(picture(view, {{-5, 4, 4}, {1, 0, 0}}).radiance.x, 5, 1e-12);
+  EXPECT_NEAR(picture(view, {{-5, 4, 3}, {1, 0, 0}}).radiance.x, 4, 1e-12);
+  EXPECT_NEAR(picture(view, {{6, 4, -5}, {0, 0, 1}}).radiance.x, 5, 1e-12);
+  EXPECT_TRUE(std::isinf(picture(view, {{6, 4, -5}, {0, 0, 1}}).depth));
+  EXPECT_EQ(picture(view, {{6, 14, -5}, {0, 0, 1}}).opacity, 0);
+}
+
 TEST(ReferenceModes, TheEmptyDomainHasTheMaximumZero) {
   Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return -1.0f; });
   field.active_box = {{0, 0, 0}, {40, 7, 7}};
@@ -183,8 +203,8 @@ TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
   };
   for (const double sign : {1.0, -1.0}) {
     View view = view_of(Mode::isosurface, make(sign));
-    view.medium.isovalue = 5;
-    view.medium.color = {1, 0.5, 2};
+    const glm::dvec3 color(1, 0.5, 2);
+    view.medium.surfaces = {{5, color}};
     for (const glm::dvec3& direction : {glm::dvec3(1, 0, 0), {-0.3, 1, 0.2}, {0.1, 0.4, -1}}) {
       const glm::dvec3 d = glm::normalize(direction);
       const double facing = std::abs(glm::dot(n, d));
@@ -195,8 +215,7 @@ TEST(ReferenceModes, APlaneIsHitAndShadedExactly) {
       // units, for a transform whose columns are nearly orthogonal.
       EXPECT_NEAR(p.depth, 0.5, 1e-6 / facing);
       EXPECT_EQ(p.opacity, 1);
-      for (int c = 0; c < 3; ++c)
-        EXPECT_NEAR(p.radiance[c], view.medium.color[c] * (0.2 + 0.8 * facing), 2e-5);
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(p.radiance[c], color[c] * (0.2 + 0.8 * facing), 2e-5);
       EXPECT_LT(p.error, 1e-11);
       const double side = glm::dot(n, d) > 0 ? -1 : 1;  // the normal faces the camera
       for (const glm::dvec3& light : {glm::dvec3(0, -2, 0), glm::dvec3(1, 1, 3)}) {
@@ -221,7 +240,7 @@ TEST(ReferenceModes, NormalsOfASphereErrBySecondOrder) {
                         make_field({glm::ivec3(-wide), glm::ivec3(wide)}, [&](glm::ivec3 v) {
                           return float(glm::length(glm::dvec3(v) - middle) - R);
                         }));
-    view.medium.isovalue = 0;
+    view.medium.surfaces = {{0}};
     double most = 0;
     for (int i = 0; i < 200; ++i) {
       const double z = (2 * i + 1) / 200.0 - 1, turn = 2.4 * i;
@@ -245,10 +264,24 @@ TEST(ReferenceModes, NormalsOfASphereErrBySecondOrder) {
   }
 }
 
+TEST(ReferenceModes, SurfacesAreCompositedFromTheFront) {
+  View view = view_of(Mode::isosurface,
+                      make_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) { return float(v.x); }));
+  view.medium.surfaces = {{2.5, {1, 0, 0}, 0.25}, {4.5, {0, 1, 0}, 0.5}, {6.5, {0, 0, 1}}};
+  const RayPicture p = picture(view, {{0.5, 4, 4}, {1, 0, 0}});  // each faces the ray
+  EXPECT_EQ(p.radiance, glm::dvec3(0.25, 0.75 * 0.5, 0.75 * 0.5));
+  EXPECT_EQ(p.opacity, 1);
+  EXPECT_NEAR(p.depth, 4, 1e-12);  // 0.375 is left behind the second
+  const RayPicture q = picture(view, {{5.5, 4, 4}, {-1, 0, 0}});
+  EXPECT_EQ(q.radiance, glm::dvec3(0.5 * 0.25, 0.5, 0));
+  EXPECT_EQ(q.opacity, 1 - 0.5 * 0.75);
+  EXPECT_TRUE(std::isinf(picture(view, {{3.5, 4, 4}, {-1, 0, 0}}).depth));
+}
+
 TEST(ReferenceModes, SurfacesAgreeWithSamples) {
   View view = view_of(Mode::isosurface, sheared_noise());
   for (const double isovalue : {0.2, 0.5, 0.8}) {
-    view.medium.isovalue = isovalue;
+    view.medium.surfaces = {{isovalue}};
     int hits = 0;
     for (const WorldRay& ray : sheared_rays(40)) {
       const Profile value(view, ray, 60);
@@ -272,7 +305,7 @@ TEST(ReferenceModes, ASurfaceInAFaceIsHitOnce) {
   View view = view_of(Mode::isosurface, make_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) {
                         return v.x < 3 ? 0.0f : v.x == 3 ? 0.5f : 1.0f;
                       }));
-  view.medium.isovalue = 0.5;
+  view.medium.surfaces = {{0.5}};
   for (const double y : {3.0, 4.1, 5.77})
     EXPECT_NEAR(picture(view, {{-5, y, 4.3}, {1, 0, 0}}).depth, 8, 1e-14);
   EXPECT_NEAR(picture(view, {{4.5, 4, 4.3}, {-1, 0, 0}}).depth, 1.5, 1e-14);
@@ -281,7 +314,7 @@ TEST(ReferenceModes, ASurfaceInAFaceIsHitOnce) {
 
 TEST(ReferenceModes, PicturesOfSurfacesAndMaximaHaveDepth) {
   View view = view_of(Mode::isosurface, make_field({{0, 0, 0}, {9, 9, 9}}, one));
-  view.medium.isovalue = 0.5;
+  view.medium.surfaces = {{0.5}};
   view.scene.resolution = {5, 5};
   view.scene.pixel_samples = 2;
   view.camera.position = {4.5, 4.5, 30};

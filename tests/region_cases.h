@@ -13,6 +13,7 @@ namespace psivox {
 inline constexpr std::pair<const char*, Mode> joined_modes[] = {{"alpha", Mode::alpha},
                                                                 {"mip", Mode::mip},
                                                                 {"lmip", Mode::lmip},
+                                                                {"mean", Mode::mean},
                                                                 {"isosurface", Mode::isosurface},
                                                                 {"xray", Mode::xray}};
 

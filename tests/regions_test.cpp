@@ -130,8 +130,7 @@ std::vector<glm::dvec4> folded(const View& view, std::size_t parts) {
       for (int x = 0; x < size.x; ++x) {
         const glm::ivec2 pixel(x, y);
         const auto collected =
-            march.collected(march.march_ray(pixel), march.march_ray_of(march.make_pixel(pixel)),
-                            march.make_pixel(pixel));
+            march.collected(march.march_ray(pixel), march.march_ray_of(march.make_pixel(pixel)));
         fold.add_behind(rays[std::size_t(y * size.x + x)], collected);
       }
   }
@@ -166,7 +165,7 @@ constexpr double rounding_of_double = 1e-12;
 
 View in_mode(Scene scene, Mode mode, const Field& field) {
   scene.mode = mode;
-  if (mode == Mode::isosurface) scene.isovalue = 0.4;
+  if (mode == Mode::isosurface) scene.isovalue = {{0.4}};
   if (mode == Mode::lmip) scene.lmip_threshold = 0.45;
   return view_of(scene, share(field), Glow::density);
 }

@@ -302,7 +302,7 @@ TEST(Viewer, ReadsChangedShadersAgain) {
   const auto first = [&] { return hands.viewer.exact_picture()->rgba()[0]; };
   const float before = first();
   EXPECT_NE(before, 0.25f);
-  edit("out_picture = drawn(m, ray, p);", "out_picture = vec4(0.25);");
+  edit("out_picture = drawn(m, ray);", "out_picture = vec4(0.25);");
   hands.key(GLFW_KEY_R);
   ASSERT_TRUE(hands.until_exact());
   EXPECT_EQ(first(), 0.25f);

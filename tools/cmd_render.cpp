@@ -104,7 +104,7 @@ void check_scope(const RenderCall& call, const Scene& scene) {
   if (call.output.empty()) refuse("and need -o");
   if (is_page_name(call.output)) refuse("not a page");
   if (scene.shows(Shows::plane) || !info(scene.mode).in_parts)
-    refuse("in --mode alpha, mip, lmip, isosurface and xray only");
+    refuse("in --mode alpha, mip, lmip, minip, mean, isosurface and xray only");
   if (const std::string obstacle = parts_obstacle(scene); !obstacle.empty())
     refuse("in " + obstacle + " only");
 }

@@ -55,6 +55,14 @@ struct Emission {
   double brightest = 0;  ///< bound of the radiance along any line; set by make_view
 };
 
+/// A surface of the density's own values.
+struct Surface {
+  double isovalue = 0;
+  glm::dvec3 color{1};
+  double opacity = 1;
+  bool operator==(const Surface&) const = default;
+};
+
 /// A scene's participating medium, resolved: grids read, `auto` replaced by numbers.
 struct Medium {
   std::shared_ptr<const Field> density;
@@ -71,7 +79,7 @@ struct Medium {
   /// `transfer` has a gradient; else null.
   std::shared_ptr<const Field> gradient;
   std::vector<Emission> emission{};     ///< of all grids that emit; they add up
-  double isovalue = 0;                  ///< under Mode::isosurface, in the density's own values
+  std::vector<Surface> surfaces{};      ///< under Mode::isosurface, by ascending values
   double least_value = 0;               ///< maxima no nearer to 0 show something; so much is a fall
   std::optional<ScatteredLight> light;  ///< not in the luminance yet, see light.h
   bool lit = false;          ///< the luminance has that light, wherever the density attenuates
@@ -145,7 +153,7 @@ struct KnownSubject {
   std::weak_ptr<const Field> density;
   std::shared_ptr<const TransferFunction> transfer;
   Mode mode = {};
-  double isovalue = 0;
+  std::vector<Surface> surfaces{};
   std::shared_ptr<const Subject> subject;
 
   /// What is known of a view whose medium neither glows nor has further volumes; else nothing.

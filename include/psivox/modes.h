@@ -12,7 +12,9 @@
   X(back_to_front, light,   true,  false, "auto",    "",               "the same sum from behind, without early termination") \
   X(mip,           value,   false, true,  "mip",     "",               "the greatest value over the range")     \
   X(lmip,          value,   false, true,  "mip",     "lmip-threshold", "the first local maximum of at least `--lmip-threshold`, or the greatest value") \
-  X(isosurface,    surface, false, true,  "surface", "isovalue",       "the first surface of `--isovalue`, shaded") \
+  X(minip,         value,   false, true,  "mip",     "",               "the least value over the range")        \
+  X(mean,          value,   false, true,  "mip",     "",               "the mean value over the range")         \
+  X(isosurface,    surface, false, true,  "surface", "isovalue",       "the surfaces of `--isovalue`, shaded") \
   X(xray,          depth,   false, true,  "xray",    "",               "the optical depth times `--luminance`") \
   X(slice,         plane,   false, true,  "",        "slice",          "the values on the plane `--slice`")
 /// What a picture shows of its rays: composited light, the optical depth, a value, or a surface, by the

@@ -59,21 +59,6 @@ real bisect(Cubic c, real target, real lo, real hi, bool wanted) {
   return hi;
 }
 
-// The first place in [0, 1] where c passes through target; 2 where it does not. `f_end`: c(1), the number
-// that the next cell begins with, so that no crossing is between the two.
-real first_crossing(Cubic c, real target, real f_end) {
-  Turns turn = turning_points(c);
-  bool f_0 = c.f_0 < target;
-  bool f_1 = polynomial(c, turn.first) < target;
-  bool f_2 = polynomial(c, turn.second) < target;
-  bool f_3 = f_end < target;
-  bool crossed = f_0 != f_1 || f_1 != f_2 || f_2 != f_3;
-  real lo = f_0 != f_1 ? real(0.0) : f_1 != f_2 ? turn.first : turn.second;
-  real hi = f_0 != f_1 ? turn.first : f_1 != f_2 ? turn.second : real(1.0);
-  real s = bisect(c, target, lo, hi, crossed);
-  return crossed ? s : real(2.0);
-}
-
 // The first turn that c reaches by a change of more than `noise`; 1: there is none.
 real first_turn(Cubic c, real noise) {
   Turns turn = turning_points(c);

@@ -1,9 +1,11 @@
-// The greatest value of a ray (mip), or its first local maximum of at least a threshold (lmip). The
-// ray keeps the value in radiance.x and its place in half_depth.
+// The greatest value of a ray (mip), its first local maximum of at least a threshold (lmip), its least
+// (minip), or their mean. The ray keeps the value in radiance.x, below 0 where the least is sought, and its
+// place in half_depth; of the mean it keeps the integral in x and the length in y.
 
 // Looks at a value. LMIP ends where values fall behind a maximum that reaches the threshold. What
 // rounding makes of a plateau, or of a value seen from both sides of a face, is no fall (least_value).
-void see_value(INOUT(March) m, real value, real t) {
+void see_value(INOUT(March) m, real of, real t) {
+  real value = mode == MODE_minip && of > UNKNOWN ? -of : of;  // an absent one is UNKNOWN
   bool seen = !m.done && m.own;
   bool fallen = value < m.radiance.x - least_value;
   if (mode == MODE_lmip && seen && fallen && m.radiance.x >= lmip_threshold) {
@@ -14,43 +16,65 @@ void see_value(INOUT(March) m, real value, real t) {
   }
 }
 
-// The greatest value of a piece of a cell: at its ends or where its cubic turns.
+void add_mean(INOUT(March) m, real mean, real length) {
+  if (!m.own) return;
+  m.radiance.x += mean * length;
+  m.radiance.y += length;
+}
+
+// A piece of a cell: its greatest value is at its ends or where its cubic turns.
 void value_cell(INOUT(March) m, Cubic value, real t_back) {
   real length = t_back - m.t;
-  Turns turn = turning_points(value);
-  see_value(m, value.f_0, m.t);
-  see_value(m, polynomial(value, turn.first), m.t + turn.first * length);
-  see_value(m, polynomial(value, turn.second), m.t + turn.second * length);
-  see_value(m, polynomial(value, real(1.0)), t_back);
+  if (mode == MODE_mean) {
+    if (value.f_0 > UNKNOWN) add_mean(m, antiderivative(value, real(1.0)), length);
+  } else {
+    Turns turn = turning_points(value);
+    see_value(m, value.f_0, m.t);
+    see_value(m, polynomial(value, turn.first), m.t + turn.first * length);
+    see_value(m, polynomial(value, turn.second), m.t + turn.second * length);
+    see_value(m, polynomial(value, real(1.0)), t_back);
+  }
   m.t = t_back;
   m.front.value = polynomial(value, real(1.0));
 }
 
-// The greater value of a step's ends.
+// A step, by the values at its ends.
 void value_step(INOUT(March) m, real back, real t_back) {
-  see_value(m, m.front.value, m.t);
-  see_value(m, back, t_back);
+  if (mode == MODE_mean) {
+    real sum = m.front.value > UNKNOWN && back > UNKNOWN ? m.front.value + back : UNKNOWN;
+    if (sum > UNKNOWN) add_mean(m, real(0.5) * sum, t_back - m.t);
+  } else {
+    see_value(m, m.front.value, m.t);
+    see_value(m, back, t_back);
+  }
   m.t = t_back;
   m.front.value = back;
 }
 
+// The value that a ray has met.
+real value_of(IN(March) m) {
+  if (mode == MODE_mean) return m.radiance.x / max(m.radiance.y, real(1e-37));
+  return mode == MODE_minip ? -m.radiance.x : m.radiance.x;
+}
+
 // Whether the ray has met a value, and one that attenuates. What rounding makes of 0 is 0.
 bool has_value(IN(March) m) {
-  if (!(m.radiance.x > UNKNOWN)) return false;
-  real value = abs(m.radiance.x) < least_value ? real(0.0) : m.radiance.x;
+  if (!((mode == MODE_mean ? m.radiance.y : m.radiance.x - UNKNOWN) > real(0.0))) return false;
+  real value = abs(value_of(m)) < least_value ? real(0.0) : value_of(m);
   return (transfer ? classify(value).attenuation : value) > real(0.0);
 }
 
 real4 value_picture(IN(March) m) {
   if (!has_value(m)) return real4(real(0.0));
-  real3 shown = real3(m.radiance.x);
-  if (luminance_source == SOURCE_TRANSFER) shown = classify(m.radiance.x).color;
+  real3 shown = real3(value_of(m));
+  if (luminance_source == SOURCE_TRANSFER) shown = classify(value_of(m)).color;
   return real4(color * shown, real(1.0));
 }
 
-// The value, and 1 if LMIP ended there. The ray is the one marched: made again, its end might differ
-// by rounding.
+// The value, and 1 if LMIP ended there or the length of a mean. The ray is the one marched: made again,
+// its end might differ by rounding.
 real4 value_collected(IN(March) m, Ray ray) {
   bool found = mode == MODE_lmip && m.done && m.t < ray.end;
-  return real4(m.radiance.x, real(found ? 1.0 : 0.0), real(0.0), real(0.0));
+  real behind = mode == MODE_mean ? m.radiance.y : real(found ? 1.0 : 0.0);
+  return real4(m.radiance.x, behind, real(0.0), real(0.0));
 }

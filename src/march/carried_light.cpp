@@ -17,10 +17,11 @@ namespace psivox {
 struct RayFold::Maxima {
   explicit Maxima(const View& view) : setup(make_march_setup(view, none)), march(setup, none) {}
 
-  glm::dvec4 picture(double value) {
+  glm::dvec4 picture(const glm::dvec4& collected) {
     glsl::AtlasMarch::March ray{};
-    ray.radiance.x = value;
-    return march.picture(ray, {}, {});
+    ray.radiance.x = collected.x;
+    ray.radiance.y = collected.y;
+    return march.picture(ray, {});
   }
 
   const MediumAtlas none{};
@@ -31,15 +32,21 @@ struct RayFold::Maxima {
 RayFold::RayFold(const View& view) : shows_(info(view.scene.mode).shows) {
   if (shows_ == Shows::value) maxima_ = std::make_shared<Maxima>(view);
   first_maximum_ = view.scene.mode == Mode::lmip;
+  mean_ = view.scene.mode == Mode::mean;
   if (shows_ == Shows::light) least_ = view.scene.resolved_early_termination();
 }
 
 glm::dvec4 RayFold::nothing() const {
-  return maxima_ ? glm::dvec4(maxima_->march.UNKNOWN, 0, 0, 0) : glm::dvec4(0, 0, 0, 1);
+  if (!maxima_) return {0, 0, 0, 1};
+  return {mean_ ? 0 : maxima_->march.UNKNOWN, 0, 0, 0};
 }
 
 void RayFold::add_behind(glm::dvec4& ray, const glm::dvec4& behind) const {
   if (ended(ray)) return;
+  if (mean_) {
+    ray += behind;
+    return;
+  }
   if (maxima_) {
     ray = {std::max(ray.x, behind.x), behind.y, 0, 0};
     return;
@@ -56,18 +63,18 @@ float RayFold::depth(const glm::dvec4& ray, float own, const glm::dvec4& behind,
 }
 
 bool RayFold::ended(const glm::dvec4& ray) const {
-  if (maxima_) return ray.y > 0;
+  if (maxima_) return first_maximum_ && ray.y > 0;
   return shows_ != Shows::depth && ray.a <= least_;
 }
 
 glm::dvec4 RayFold::picture(const glm::dvec4& ray) const {
-  if (maxima_) return maxima_->picture(ray.x);
+  if (maxima_) return maxima_->picture(ray);
   return {glm::dvec3(ray), 1 - ray.a};
 }
 
 double RayFold::passed(const glm::dvec4& ray) const {
   constexpr double least = 1e-38;
-  return maxima_ ? ray.x : -std::log(std::max(transmittance(ray), least));
+  return maxima_ ? ray.x : -std::log(std::max(ray.a, least));
 }
 
 double RayFold::transmittance(const glm::dvec4& ray) const {

@@ -22,8 +22,8 @@ class RayFold {
   glm::dvec4 nothing() const;
 
   /// Adds what lies behind: radiance weighted with the transmittance so far, and the product of
-  /// transmittances (Max 1995, eq. 8); optical depths add up; the greater of two maxima. Adds
-  /// nothing where the ray has ended.
+  /// transmittances (Max 1995, eq. 8); optical depths and integrals of values add up; the greater
+  /// of two maxima. Adds nothing where the ray has ended.
   void add_behind(glm::dvec4& ray, const glm::dvec4& behind) const;
 
   /// The depth that a ray has with what lies behind, from both before they are joined: the greater
@@ -51,6 +51,7 @@ class RayFold {
   Shows shows_;
   double least_ = 0;
   bool first_maximum_ = false;      ///< of a ray's maxima, not the greatest
+  bool mean_ = false;               ///< integrals and lengths add up
   std::shared_ptr<Maxima> maxima_;  ///< null if the mode shows no value
 };
 

@@ -41,7 +41,7 @@ struct RayOfPixel {
       : pixel(march.make_pixel(at)), ray(march.march_ray_of(pixel)), state(march.begin_march(ray)) {
     march.aim(state, pixel);
   }
-  glm::dvec4 picture(AtlasMarch& march) const { return march.drawn(state, ray, pixel); }
+  glm::dvec4 picture(AtlasMarch& march) const { return march.drawn(state, ray); }
 };
 
 MarchSetup setup_in_double(const View& view, const MediumAtlas& atlas,
@@ -103,7 +103,7 @@ class CurveMarch {
   CurvePoint point(const AtlasMarch::March& m) {
     const double along = march_.orthographic ? 1 : ray_.pixel.inverse_length;
     return {(m.t - march_.camera_time(ray_.pixel)) * along * march_.world_unit, m.optical_depth,
-            glm::dvec3(march_.drawn(m, ray_.ray, ray_.pixel))};
+            glm::dvec3(march_.drawn(m, ray_.ray))};
   }
 
   /// Points inside the piece that a turn has crossed, as many as its change asks for: the part of a

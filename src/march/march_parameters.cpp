@@ -120,15 +120,14 @@ void place_medium(const View& view, MarchSetup& setup) {
   c.mode = int(scene.mode);
   c.shows = int(info(scene.mode).shows);
   c.from_back = info(scene.mode).from_back;
-  p.lmip_threshold = scene.lmip_threshold;
+  p.lmip_threshold = medium.density->scale.scaled(scene.lmip_threshold);
   p.least_value = medium.least_value;
-  p.isovalue = medium.isovalue;
   const glm::dmat3 normal =
       glm::transpose(glm::inverse(glm::dmat3(medium.density->world_from_index)));
   p.normal_x = normal[0] * p.world_unit;
   p.normal_y = normal[1] * p.world_unit;
   p.normal_z = normal[2] * p.world_unit;
-  if (scene.shows(Shows::surface)) place_surface_lights(view, setup);
+  if (scene.shows(Shows::surface)) place_surfaces(view, setup);
 }
 
 /// The region that rays collect from. Where it reaches beyond the domain its faces do not matter,

@@ -162,14 +162,25 @@ void place_gradient(const TransferFunction& function, MarchSetup& setup) {
   setup.search_steps += part.search_steps + part.isosurfaces;
 }
 
-void place_surface_lights(const View& view, MarchSetup& setup) {
+void place_surfaces(const View& view, MarchSetup& setup) {
   std::vector<glm::vec4> entries;
+  MarchParameters& p = setup.parameters;
+  for (const Surface& surface : view.medium.surfaces) {
+    entries.emplace_back(float(surface.isovalue), 0, 0, 0);
+    entries.emplace_back(glm::vec3(surface.color), surface.opacity);
+    setup.constants.veils |= surface.opacity < 1;
+  }
+  p.surfaces_first = append(entries, setup);
+  p.surfaces = int(entries.size() / 2);
+  p.first_isovalue = double(entries.front().x);
+  p.last_isovalue = double(entries[entries.size() - 2].x);
+  entries.clear();
   for (const ParallelLight& light : surface_lights(view)) {
     entries.emplace_back(glm::vec3(light.direction), 0);
     entries.emplace_back(glm::vec3(light.radiance), 0);
   }
-  setup.parameters.surface_lights_first = append(entries, setup);
-  setup.parameters.surface_lights = int(entries.size() / 2);
+  p.surface_lights_first = append(entries, setup);
+  p.surface_lights = int(entries.size() / 2);
 }
 
 void place_passed(const std::vector<float>& passed, const PixelBox& pixels, MarchSetup& setup) {

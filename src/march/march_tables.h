@@ -37,8 +37,8 @@ void place_psi_table(MarchSetup& setup);
 /// another grid has other voxels.
 void place_template(const View& view, MarchSetup& setup);
 
-/// The lights of a view in mode isosurface.
-void place_surface_lights(const View& view, MarchSetup& setup);
+/// The surfaces of a view in mode isosurface, and their lights.
+void place_surfaces(const View& view, MarchSetup& setup);
 
 /// What rays of some pixels have passed before their region (RenderOptions::passed).
 void place_passed(const std::vector<float>& passed, const PixelBox& pixels, MarchSetup& setup);

@@ -137,9 +137,11 @@ AtlasOptions density_options(const View& view) {
   if (view.scene.attenuates() && medium.extinction == 0) {
     options.visible = [](const ValueRange&, const ValueRange&) { return false; };
   } else if (view.scene.shows(Shows::surface)) {
-    const auto isovalue = float(medium.isovalue);
-    options.visible = [isovalue](const ValueRange& own, const ValueRange&) {
-      return own.min <= isovalue && isovalue <= own.max;
+    options.visible = [surfaces = medium.surfaces](const ValueRange& own, const ValueRange&) {
+      return std::ranges::any_of(surfaces, [&](const Surface& surface) {
+        const auto isovalue = float(surface.isovalue);
+        return own.min <= isovalue && isovalue <= own.max;
+      });
     };
     options.with_margin = true;  // normals are central differences
   } else if (medium.transfer && !view.scene.shows(Shows::value) &&

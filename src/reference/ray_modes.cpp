@@ -127,19 +127,32 @@ glm::dvec3 luminance_at(BlockCache& cache, const Field& field, const IndexRay& r
   return L;
 }
 
-/// Where the values of a stretch first pass through `isovalue`, if they do. `below` remembers the
-/// ray's side, because rounding may lose a passage in a face.
-std::optional<double> first_passage(const Cubic& value, double isovalue,
-                                    std::optional<bool>& below) {
-  if (!below) below = value[0] < isovalue;
+/// Where the values of a stretch pass through a surface's.
+struct Passage {
+  const Surface* surface;
+  double u;  ///< 0 to 1
+  bool rises;
+};
+
+/// The passages of a stretch in order. `below` remembers the ray's side of each surface, because
+/// rounding may lose a passage in a face.
+std::vector<Passage> passages(const Cubic& value, const std::vector<Surface>& surfaces,
+                              std::vector<bool>& below) {
   const MonotoneEnds ends = monotone_ends(value);
-  for (std::size_t i = 0; i <= ends.parts; ++i) {
-    const bool now = evaluate(value, ends.u[i]) < isovalue;
-    if (now == *below) continue;
-    if (i == 0) return 0;
-    return crossing(value, isovalue, ends.u[i - 1], ends.u[i]);
+  std::vector<Passage> all;
+  for (std::size_t k = 0; k < surfaces.size(); ++k) {
+    const double isovalue = surfaces[k].isovalue;
+    if (below.size() == k) below.push_back(value[0] < isovalue);
+    for (std::size_t i = 0; i <= ends.parts; ++i) {
+      const bool now = evaluate(value, ends.u[i]) < isovalue;
+      if (now == below[k]) continue;
+      all.push_back(
+          {&surfaces[k], i == 0 ? 0 : crossing(value, isovalue, ends.u[i - 1], ends.u[i]), !now});
+      below[k] = now;
+    }
   }
-  return {};
+  std::ranges::stable_sort(all, {}, &Passage::u);
+  return all;
 }
 
 }  // namespace
@@ -184,9 +197,12 @@ RayPicture RayModes::depth(const WorldRay& ray) {
 
 RayPicture RayModes::maximum(const WorldRay& ray) {
   const Medium& medium = view_->medium;
+  const Mode mode = view_->scene.mode;
+  const double sign = mode == Mode::minip ? -1 : 1;  // the least value is the greatest below 0
   Maximum greatest{.fall = medium.least_value};
-  if (view_->scene.mode == Mode::lmip) greatest.threshold = view_->scene.lmip_threshold;
-  double size = 0;
+  if (mode == Mode::lmip)
+    greatest.threshold = medium.density->scale.scaled(view_->scene.lmip_threshold);
+  double size = 0, integral = 0, length = 0;
   DensityWalk walk(*medium_, *cache_, ray, part_);
   for (; !walk.done() && !greatest.done; walk.next()) {
     if (walk.grid.absent()) {
@@ -197,69 +213,76 @@ RayPicture RayModes::maximum(const WorldRay& ray) {
     size = std::max({size, std::abs(walk.grid.low()), std::abs(walk.grid.high())});
     const MonotoneEnds ends = monotone_ends(value);
     for (std::size_t i = 0; i <= ends.parts; ++i)
-      greatest.see(evaluate(value, ends.u[i]), walk.s(ends.u[i]));
+      greatest.see(sign * evaluate(value, ends.u[i]), walk.s(ends.u[i]));
+    const double part = walk.s(1) - walk.s(0);
+    integral += part * (value[0] + value[1] + value[2] + value[3]) / 4;
+    length += part;
   }
   RayPicture result;
   result.cells = walk.cells;
   if (!(greatest.value > -infinity)) return result;
-  const double value = std::abs(greatest.value) < medium.least_value ? 0 : greatest.value;
+  const double found = mode == Mode::mean ? integral / length : sign * greatest.value;
+  const double value = std::abs(found) < medium.least_value ? 0 : found;
   const double attenuation = medium.transfer ? medium.transfer->at(value).attenuation : value;
   if (!(attenuation > 0)) return result;
-  result.radiance = shown(medium, greatest.value);
+  result.radiance = shown(medium, found);
   result.opacity = 1;
-  result.depth = walk.t_middle + greatest.s;
+  if (mode != Mode::mean) result.depth = walk.t_middle + greatest.s;
   const double off = 16 * epsilon * size;
-  result.error =
-      max_component(glm::max(glm::abs(shown(medium, greatest.value + off) - result.radiance),
-                             glm::abs(shown(medium, greatest.value - off) - result.radiance)));
+  result.error = max_component(glm::max(glm::abs(shown(medium, found + off) - result.radiance),
+                                        glm::abs(shown(medium, found - off) - result.radiance)));
   return result;
 }
 
 RayPicture RayModes::surface(const WorldRay& ray) {
   const Medium& medium = view_->medium;
   RayPicture result;
-  std::optional<bool> below;
+  std::vector<bool> below;
+  double through = 1;
   DensityWalk walk(*medium_, *cache_, ray, part_);
-  for (; !walk.done(); walk.next()) {
+  for (; !walk.done() && through > 0; walk.next()) {
     if (walk.grid.absent()) {
-      below.reset();
+      below.clear();
       continue;
     }
     const Cubic value = walk.value();
-    const std::optional<double> u = first_passage(value, medium.isovalue, below);
-    if (!u) continue;
-    const glm::dvec3 color =
-        medium.source == LuminanceSource::transfer ? shown(medium, medium.isovalue) : medium.color;
     const IndexRay colors =
         colors_ ? make_index_ray(*medium.luminance, ray, walk.t_middle, -infinity, infinity)
                 : IndexRay();
-    const auto lit_at = [&](double v) {
-      const double s = walk.s(std::clamp(v, 0.0, 1.0));
-      const glm::dvec3 L =
-          colors_ ? color * luminance_at(*colors_, *medium.luminance, colors, s) : color;
-      if (!walk.grid.in_cell()) return 0.2 * L;
-      const glm::dvec3 g = gradient(*cache_, medium.density->domain(), walk.grid.ray(), s);
-      return L * shade(*view_, g, ray.direction, *below);
-    };
-    result.radiance = lit_at(*u);
-    result.opacity = 1;
-    result.depth = walk.t_middle + walk.s(*u);
-    // The root is off by the value's rounding over its slope. The normal is off by its turn over
-    // that distance.
-    const double rounding = 16 * epsilon *
-                            std::max({std::abs(walk.grid.low()), std::abs(walk.grid.high()),
-                                      std::abs(medium.isovalue)});
-    const double step = 1e-6;
-    const double slope = std::abs(evaluate(value, std::min(1.0, *u + step)) -
-                                  evaluate(value, std::max(0.0, *u - step))) /
-                         (2 * step);
-    const double off = slope > 0 ? std::min(1.0, rounding / slope) : 1.0;
-    result.error = max_component(glm::max(glm::abs(lit_at(*u + off) - result.radiance),
-                                          glm::abs(lit_at(*u - off) - result.radiance))) +
-                   64 * epsilon * max_component(glm::abs(color)) *
-                       std::max(1.0, max_component(result.radiance));
-    break;
+    for (const Passage& passage : passages(value, medium.surfaces, below)) {
+      const auto& [isovalue, color, opacity] = *passage.surface;
+      const auto lit_at = [&, own = color](double v) {
+        const double s = walk.s(std::clamp(v, 0.0, 1.0));
+        const glm::dvec3 L =
+            colors_ ? own * luminance_at(*colors_, *medium.luminance, colors, s) : own;
+        if (!walk.grid.in_cell()) return 0.2 * L;
+        const glm::dvec3 g = gradient(*cache_, medium.density->domain(), walk.grid.ray(), s);
+        return L * shade(*view_, g, ray.direction, passage.rises);
+      };
+      const glm::dvec3 light = lit_at(passage.u);
+      const double weight = through * opacity;
+      result.radiance += weight * light;
+      // The root is off by the value's rounding over its slope. The normal is off by its turn over
+      // that distance.
+      const double rounding =
+          16 * epsilon *
+          std::max({std::abs(walk.grid.low()), std::abs(walk.grid.high()), std::abs(isovalue)});
+      const double step = 1e-6;
+      const double slope = std::abs(evaluate(value, std::min(1.0, passage.u + step)) -
+                                    evaluate(value, std::max(0.0, passage.u - step))) /
+                           (2 * step);
+      const double off = slope > 0 ? std::min(1.0, rounding / slope) : 1.0;
+      result.error += weight * (max_component(glm::max(glm::abs(lit_at(passage.u + off) - light),
+                                                       glm::abs(lit_at(passage.u - off) - light))) +
+                                64 * epsilon * max_component(glm::abs(color)) *
+                                    std::max(1.0, max_component(light)));
+      through -= weight;
+      if (through < 0.5 && result.depth == infinity)
+        result.depth = walk.t_middle + walk.s(passage.u);
+      if (!(through > 0)) break;
+    }
   }
+  result.opacity = 1 - through;
   result.cells = walk.cells;
   return result;
 }
