@@ -28,7 +28,7 @@ t 0 "-l integrator" study --help=fish
 t 2 "expected one of man, bash, zsh, fish" --help=html
 completed=$(. <("$program" --help=bash) && COMP_WORDS=(psivox render --mode = mi) COMP_CWORD=4 &&
   _psivox && echo "${COMPREPLY[*]}")
-[ "$completed" = mip ] || fail "bash completes 'mi' to '$completed'"
+[ "$completed" = "mip minip" ] || fail "bash completes 'mi' to '$completed'"
 # --help is short and ends with examples; --help-all has every option.
 t 0 "psivox render --help-all prints all" render --help
 t 0 "--end-corrections" render --help-all
@@ -396,6 +396,15 @@ for mode in alpha xray mip lmip; do
 done
 t 0 '"range": [' render "$S" --print-scene --mode alpha --range 5%,95%
 t 2 "goes from" render "$S" -o a.exr --range 99%,0.1 $R
+# A scale of the values: options stay in those of the file.
+t 0 '"isovalue": 0.1' render "$S" --print-scene --value-scale log --mode isosurface --isovalue 0.1
+t 0 "look scan" render "$S" -o a.png --value-scale log --range 1e-3,1 --resolution 320x180 --color-bar
+t 2 "linear, log, symlog" render "$S" -o a.png --value-scale ln $R
+# Several surfaces, with colours and opacities.
+t 0 - render "$S" -o a.png --isovalue 0.1:orange:0.3,0.4 --resolution 64x64 -q
+t 0 - render "$S" -o b.png --isovalue 0.4 --resolution 64x64 -q
+t 7 - compare a.png b.png --max-rms 0.02
+t 2 "such as 0.2:#ff8800:0.3,0.5" render "$S" -o a.png --isovalue 0.1:oranje $R
 # The colour bar is in sRGB outputs alone, and in them opaque.
 t 0 - render "$S" -o a.png --colormap viridis --color-bar --resolution 320x180 -q
 t 0 - render "$S" -o b.png --colormap viridis --resolution 320x180 -q
@@ -467,6 +476,12 @@ t 0 - render "$S" -o b.exr --colormap viridis $C
 t 0 rms compare a.exr b.exr --max-abs 0
 t 0 "too small" render "$S" -o a.png --colormap viridis --color-bar --resolution 40x30
 t 2 "give --colormap" render "$S" -o a.png --color-bar $R
+# Its title may be left out, before the volume too.
+t 0 - render --colormap viridis --color-bar "$S" -o a.png --resolution 320x180 -q
+t 0 - render --colormap viridis --color-bar 'temperature [K]' "$S" -o b.png --resolution 320x180 -q
+t 7 - compare a.png b.png --max-abs 0.1
+t 0 '"color-bar": "temperature [K]"' render --scene b.png --print-scene
+t 0 '"color-bar": true' render --scene a.png --print-scene
 # A vector's component has a map of its own.
 t 0 - render "$S" -o a.png --grid color:x --color-bar --resolution 320x180 -q
 # A look may bring the surface, and the map.
@@ -552,7 +567,7 @@ if "$program" compare a.exr b.exr --width 3 2>&1 | grep -q resolution; then
   fail "compare names an option that it does not have"
 fi
 t 3 "it has 'temperature' 'density' 'color'" render "$S" -o a.exr --grid tempreature
-t 2 "--isovalue is given twice" render "$S" -o a.exr --isovalue 0.2 --mode isosurface --isovalue 0.5
+t 0 "\"isovalue\": [" render "$S" --print-scene --isovalue 0.2 --mode isosurface --isovalue 0.5
 t 0 "isovalue 0.254" render "$S" -o a.exr --mode isosurface --resolution 32x32
 # What leaves the program: exposure, tone map, clipped pixels, and pictures that show nothing.
 t 0 '"clipped_pixels": 0' render "$S" -o a.png --stats - $R

@@ -54,8 +54,11 @@ TEST(ColorScale, IsTheMapsOverTheRange) {
   EXPECT_EQ(scale->title, "density");
   EXPECT_EQ(scale->min, 2);
   EXPECT_EQ(scale->max, 6);
-  EXPECT_EQ(scale->colors.front(), 0.5 * colormap_color(Colormap::hot, 0));
-  EXPECT_EQ(scale->colors.back(), 0.5 * colormap_color(Colormap::hot, 1));
+  // not the look's: the map's own
+  EXPECT_EQ(scale->colors.front(), colormap_color(Colormap::hot, 0));
+  EXPECT_EQ(scale->colors.back(), colormap_color(Colormap::hot, 1));
+  scene.color_bar = "temperature [°C]";
+  EXPECT_EQ(color_scale(view_with(scene))->title, "temperature [°C]");
   Scene plain;
   EXPECT_FALSE(color_scale(view_with(plain)));
   plain.mode = Mode::mip;
@@ -100,6 +103,45 @@ TEST(ColorBar, LongTextStaysInTheStrip) {
   for (int y = 0; y < 360; ++y)
     for (int x : {640 - strip - 1, 640 - edge + 1, 639})
       EXPECT_EQ(image.rgba()[std::size_t(4 * (640 * y + x) + 3)], 0) << x << "," << y;
+}
+
+/// Rows of the picture in which a label's tick is, from the bar's lower end in parts of it.
+std::vector<double> ticks(const ColorScale& scale) {
+  Image image = rgba_image(1600, 2000);
+  EXPECT_TRUE(draw_color_bar(image, scale, {}));
+  const int strip = color_bar_strip({1600, 2000}), size = int(std::lround(strip / 7.0));
+  const int x = 1600 - strip + int(std::lround(0.6 * strip / 7.0)) + size + 2;  // beside the bar
+  std::vector<double> rows;
+  for (int y = 1999, last = 0; y >= 0; --y) {
+    const bool white = image.rgba()[std::size_t(4 * (1600 * y + x))] > 0.5f;
+    if (white && last != y + 1) rows.push_back(y);
+    if (white) last = y;
+  }
+  const double first = rows.front(), height = first - rows.back();
+  for (double& row : rows) row = (first - row) / height;
+  return rows;
+}
+
+TEST(ColorBar, OfLogarithmsHasTicksAtDecades) {
+  ColorScale scale{"x", 1e-2, 1e4, {glm::dvec3(0.01)}, {ValueScale::Kind::log, 1e-3}};
+  const auto expect = [&](const std::vector<double>& wanted) {
+    const std::vector<double> found = ticks(scale);
+    ASSERT_EQ(found.size(), wanted.size());
+    for (std::size_t i = 0; i < wanted.size(); ++i) EXPECT_NEAR(found[i], wanted[i], 2e-3);
+  };
+  expect({0, 1 / 6.0, 2 / 6.0, 3 / 6.0, 4 / 6.0, 5 / 6.0, 1});
+  scale.max = 0.1;  // one decade has its 2 and 5 too
+  expect({0, std::log10(2), std::log10(5), 1});
+  scale = {"x", -100, 100, {glm::dvec3(0.01)}, {ValueScale::Kind::symlog, 10}};
+  expect({0, 0.5 - std::log10(6) / std::log10(11) / 2, 0.5 - std::log10(3) / std::log10(11) / 2,
+          0.5 - std::log10(2) / std::log10(11) / 2, 0.5, 0.5 + std::log10(2) / std::log10(11) / 2,
+          0.5 + std::log10(3) / std::log10(11) / 2, 0.5 + std::log10(6) / std::log10(11) / 2, 1});
+}
+
+TEST(TextPicture, HasTheLettersOfUnits) {
+  const auto width = [](const char* text) { return image_io::text_picture(text, 40).width; };
+  EXPECT_LT(width("°"), width("W"));  // one letter, not the two of its bytes
+  EXPECT_NEAR(width("µm"), width("um"), 2);
 }
 
 TEST(TextPicture, DrawsWhatNoMachinesFontsAreNeededFor) {

@@ -76,7 +76,7 @@ TEST(Framing, LeavesAStripForTheColourBar) {
     scene.azimuth = 30;
     scene.colormap = Colormap::viridis;
     const Extent whole = extent_of(camera_of(scene, field));
-    scene.color_bar = true;
+    scene.color_bar = "";
     const Extent extent = extent_of(camera_of(scene, field));
     const double right_end = 1 - 2 * color_bar_strip(scene.resolution) / 200.0;
     EXPECT_LT(right_end, 0.5);
@@ -97,7 +97,7 @@ TEST(Framing, AGivenCameraIsNotMovedForTheColourBar) {
   scene.camera_target = middle;
   const Field field = make_field({{0, 0, 0}, {60, 60, 60}}, ball);
   const Extent before = extent_of(camera_of(scene, field));
-  scene.color_bar = true;
+  scene.color_bar = "";
   EXPECT_EQ(extent_of(camera_of(scene, field)).high, before.high);
 }
 
@@ -144,7 +144,7 @@ TEST(Framing, SeesWhatTheFunctionOfTheValueShows) {
   });
   Scene scene = picture();
   scene.mode = Mode::isosurface;
-  scene.isovalue = 0.5;
+  scene.isovalue = {{0.5}};
   scene.extinction.reset();
   const Extent extent = extent_of(camera_of(scene, field));
   EXPECT_GE(extent.high.y - extent.low.y, 1.4);
@@ -159,9 +159,9 @@ TEST(Framing, SeesWhatASurfaceBelowZeroEncloses) {
   Scene scene = picture();
   scene.mode = Mode::isosurface;
   scene.extinction.reset();
-  scene.isovalue = 0.5;
+  scene.isovalue = {{0.5}};
   const Camera above = camera_of(scene, ball_of(1));
-  scene.isovalue = -0.5;
+  scene.isovalue = {{-0.5}};
   EXPECT_EQ(camera_of(scene, ball_of(-1)).position, above.position);
 }
 

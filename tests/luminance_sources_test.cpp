@@ -266,30 +266,31 @@ TEST(Modes, IsovalueIsTheMiddleOrADistance) {
   Scene scene;
   scene.mode = Mode::isosurface;
   View view = make_view(scene, share(ramp()), nullptr);
-  EXPECT_EQ(view.medium.isovalue, 1 - below);  // the middle of -1 and 3
-  EXPECT_EQ(view.scene.isovalue, 1);
-  scene.isovalue = -0.5;
-  EXPECT_EQ(make_view(scene, share(ramp()), nullptr).medium.isovalue, -0.5 - below);
+  EXPECT_EQ(view.medium.surfaces.front().isovalue, 1 - below);  // the middle of -1 and 3
+  EXPECT_EQ(view.scene.isovalue.front().value, 1);
+  scene.isovalue = {{-0.5}};
+  EXPECT_EQ(make_view(scene, share(ramp()), nullptr).medium.surfaces.front().isovalue,
+            -0.5 - below);
 
   Field level_set = ramp();
   level_set.half_width = 1.5;
   view = make_view(scene, share(level_set), nullptr);
-  EXPECT_EQ(view.scene.isovalue, -0.5);
-  EXPECT_EQ(view.medium.isovalue, 2 - below);  // 0.5 inside
-  scene.isovalue.reset();
+  EXPECT_EQ(view.scene.isovalue.front().value, -0.5);
+  EXPECT_EQ(view.medium.surfaces.front().isovalue, 2 - below);  // 0.5 inside
+  scene.isovalue.clear();
   view = make_view(scene, share(level_set), nullptr);
-  EXPECT_EQ(view.scene.isovalue, 0);
-  EXPECT_EQ(view.medium.isovalue, 1.5 - below);
-  scene.isovalue = 1.5;
+  EXPECT_EQ(view.scene.isovalue.front().value, 0);
+  EXPECT_EQ(view.medium.surfaces.front().isovalue, 1.5 - below);
+  scene.isovalue = {{1.5}};
   EXPECT_NE(usage_error([&] { make_view(scene, share(level_set), nullptr); }), "no error");
 
   // The function's colour at the surface, where the value is constant.
-  scene.isovalue = 1;
+  scene.isovalue = {{1}};
   scene.transfer_function = scene_by(coloured).transfer_function;
   view = make_view(scene, share(ramp()), nullptr);
   EXPECT_EQ(view.medium.transfer, nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::constant);
-  EXPECT_EQ(view.medium.color, glm::dvec3(1, 0.5, 0.25));
+  EXPECT_EQ(view.medium.surfaces.front().color, glm::dvec3(1, 0.5, 0.25));
 }
 
 TEST(Centering, CellShiftsEveryGridByHalfAVoxel) {

@@ -184,9 +184,9 @@ TEST(ApplyOver, ReplacesTheSourceOfLuminanceAndTheMode) {
   EXPECT_EQ(s.luminance_grid, "");
 
   Scene surface = with("mode", "isosurface");
-  surface.isovalue = 0.5;
-  EXPECT_EQ(over(surface, {{"mode", "mip"}}).isovalue, std::nullopt);
-  EXPECT_EQ(over(surface, {}).isovalue, 0.5);
+  surface.isovalue = {{0.5}};
+  EXPECT_TRUE(over(surface, {{"mode", "mip"}}).isovalue.empty());
+  EXPECT_EQ(over(surface, {}).isovalue, surface.isovalue);
   EXPECT_NO_THROW(validate(over(with("step", "0.5"), {{"mode", "isosurface"}})));
   EXPECT_THROW(validate(over(surface, {{"step", "0.5"}})), Error);
   Scene lmip = with("mode", "lmip");

@@ -13,6 +13,7 @@
 
 #include "colour/colour.h"
 #include "psivox/parameters.h"
+#include "scene/color.h"
 #include "thrown.h"
 
 namespace psivox {
@@ -83,7 +84,19 @@ TEST(Parameters, ReadsEveryKind) {
             (OpacityCurve{{{0, 0}, {0.3, 0.1}, {1, 20}}}));
   EXPECT_EQ(with("opacity", "none").opacity, std::nullopt);
   EXPECT_EQ(with("mode", "back-to-front").mode, Mode::back_to_front);
-  EXPECT_EQ(with("isovalue", "-2").isovalue, -2.0);
+  EXPECT_EQ(with("isovalue", "-2").isovalue, (std::vector<ShownSurface>{{-2}}));
+  EXPECT_EQ(with("isovalue", "0.2,0.5:#f80:0.3,1:red,2::0.5,3:0.5").isovalue,
+            (std::vector<ShownSurface>{{0.2},
+                                       {0.5, named_color("#f80"), 0.3},
+                                       {1, glm::dvec3(1, 0, 0)},
+                                       {2, {}, 0.5},
+                                       {3, {}, 0.5}}));
+  EXPECT_EQ(with("value-scale", "log").value_scale, ValueScale{ValueScale::Kind::log});
+  EXPECT_EQ(with("value-scale", "symlog:0.5").value_scale,
+            (ValueScale{ValueScale::Kind::symlog, 0.5}));
+  EXPECT_EQ(with("color-bar", "true").color_bar, "");
+  EXPECT_EQ(with("color-bar", "false").color_bar, std::nullopt);
+  EXPECT_EQ(with("color-bar", "heat [K]").color_bar, "heat [K]");
   EXPECT_EQ(with("end-corrections", "false").end_corrections, false);
   EXPECT_EQ(with("phase-g", "-.5").phase_g, -0.5);
   EXPECT_TRUE(with("light", "none").lights.empty());

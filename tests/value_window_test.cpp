@@ -1,6 +1,7 @@
 // Windows over a grid's values: ranges, percentiles, and the curve of the opacity.
 
 #include "psivox/scene.h"
+#include "scene/color.h"
 #include "scene/transfer_function.h"
 
 #include <gtest/gtest.h>
@@ -104,6 +105,66 @@ TEST(ValueWindow, PercentilesBecomeNumbersInTheScene) {
   EXPECT_EQ(to_json(again.scene), to_json(view.scene));
   EXPECT_EQ(*again.medium.transfer, *view.medium.transfer);
   EXPECT_THROW(view_with({{"range", "8,50%"}}), Error);
+}
+
+/// 10^(x - 3) over x, and one voxel without a logarithm.
+std::shared_ptr<const Field> decades() {
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) {
+    return v == glm::ivec3(7) ? -5.0f : std::pow(10.0f, float(v.x - 3));
+  });
+  return std::make_shared<const Field>(std::move(field));
+}
+
+View decades_with(std::vector<Setting> settings) {
+  Scene scene;
+  apply_over(scene, settings);
+  return make_view(scene, decades(), nullptr);
+}
+
+TEST(ValueScale, LogarithmsAreTakenAtVoxelsAndOptionsStayInTheFilesValues) {
+  const View view = decades_with({{"value-scale", "log"}, {"opacity", "0:0,1:1"}});
+  EXPECT_NEAR(view.scene.range->ends.x, 1e-3, 1e-9);
+  EXPECT_NEAR(view.scene.range->ends.y, 1e4, 1e-2);
+  const Field& field = *view.medium.density;
+  EXPECT_EQ(stored_range(field).x, 0);  // the least value above 0, what is below, and vacuum
+  EXPECT_NEAR(stored_range(field).y, 7, 1e-6);
+  EXPECT_NEAR(view.medium.transfer->at(3.5).attenuation, 0.5, 1e-6);
+  const View some =
+      decades_with({{"value-scale", "log"}, {"colormap", "gray"}, {"range", "0.1,1000"}});
+  EXPECT_EQ(some.scene.range, glm::dvec2(0.1, 1000));
+  EXPECT_NEAR(some.medium.transfer->at(4).color.x, colormap_color(Colormap::gray, 0.5).x, 2e-3);
+  EXPECT_NEAR(some.medium.transfer->at(4).attenuation, 4, 1e-6);
+  const View surface = decades_with({{"value-scale", "log"}, {"mode", "isosurface"}});
+  EXPECT_NEAR(surface.scene.isovalue.front().value, std::sqrt(10), 1e-3);  // Otsu's: the middle
+  EXPECT_NEAR(surface.medium.surfaces.front().isovalue, 3.5, 1e-4);
+  const View again = make_view(scene_from_json(to_json(view.scene)), decades(), nullptr);
+  EXPECT_EQ(*again.medium.transfer, *view.medium.transfer);
+}
+
+TEST(ValueScale, SymlogKeepsTheSignAndIsLinearNearZero) {
+  const View view = decades_with({{"value-scale", "symlog:0.01"}, {"opacity", "0:1,0.5:0,1:1"}});
+  const ValueScale& scale = view.medium.density->scale;
+  EXPECT_NEAR(scale.scaled(-5), -std::log10(501), 1e-12);
+  EXPECT_NEAR(scale.scaled(1e-5) / 1e-5, 100 / std::log(10), 0.1);
+  for (const double v : {-7.0, -1e-3, 0.0, 1e-8, 3e4})
+    EXPECT_NEAR(scale.value_of(scale.scaled(v)), v, 1e-12 * std::abs(v));
+  EXPECT_EQ(decades_with({{"value-scale", "symlog"}}).scene.value_scale.unit, 10);  // of 10^4
+}
+
+TEST(ValueScale, PointsOfAFunctionFileAreValuesOfTheFile) {
+  const TransferFunction f({{0, 0, {}}, {1e-5, 0.25, {}}, {1, 0.5, {}}, {100, 1, {}}}, false);
+  const TransferFunction scaled = scaled_function(f, {ValueScale::Kind::log, 1e-3});
+  EXPECT_EQ(scaled.points().size(), 3u);
+  EXPECT_EQ(scaled.at(0).attenuation, 0.25);
+  EXPECT_NEAR(scaled.at(3).attenuation, 0.5, 1e-6);
+  EXPECT_NEAR(scaled.at(4).attenuation, 0.75, 1e-6);
+}
+
+TEST(ValueScale, NeedsAValueThatItCanShow) {
+  Scene scene;
+  apply_over(scene, std::vector<Setting>{{"value-scale", "log"}});
+  Field field = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return -1.0f; });
+  EXPECT_THROW(make_view(scene, std::make_shared<const Field>(field), nullptr), Error);
 }
 
 TEST(ValueWindow, AnotherModeOrMapDropsTheRangeThatWasChosenForTheLast) {

@@ -3,6 +3,7 @@
 #include <CLI/Config.hpp>     // which CLI::App makes
 #include <CLI/Formatter.hpp>  // the same
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <sstream>
 
@@ -52,6 +53,27 @@ std::string help_row(const CLI::Option& option) {
   return row + wrapped(help, next_line) + "\n";
 }
 
+/// Whether a word is the volume of a command, not the text of an option that may go without one.
+bool is_input(const std::string& word) {
+  std::error_code unknown;
+  return has_volume_name(word) || std::filesystem::exists(word, unknown);
+}
+
+/// The arguments with each text of such an option behind its =.
+std::vector<std::string> with_titles(std::span<const std::string> arguments) {
+  std::vector<std::string> joined;
+  bool takes_text = false;
+  for (const std::string& word : arguments) {
+    if (takes_text && !word.starts_with('-') && !is_input(word))
+      joined.back() += "=" + word;
+    else
+      joined.push_back(word);
+    const Parameter* p = word.starts_with("--") ? find_parameter(word.substr(2)) : nullptr;
+    takes_text = p && std::holds_alternative<std::optional<std::string> Scene::*>(p->member);
+  }
+  return joined;
+}
+
 std::string help_text(const Parameter& p) {
   std::string text = p.help;
   if (p.metavar.size() > longest_metavar) text += ": " + joined(split(p.metavar, '|'), ", ");
@@ -99,17 +121,17 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
                    ->type_name(p.metavar)
                    ->allow_extra_args(false)
                    ->take_all();
-    else if (p.name == "isovalue")  // several surfaces may be meant: the last would hide the others
+    else if (std::holds_alternative<std::vector<ShownSurface> Scene::*>(p.member))
       option = add_option_function<std::vector<std::string>>(
                    "--" + p.name,
                    [&settings, &p](const std::vector<std::string>& items) {
-                     if (items.size() > 1)
-                       psivox::usage("--isovalue is given twice; a picture shows one surface");
-                     settings.push_back({p.name, items.front()});
+                     settings.push_back({p.name, joined(items)});
                    })
                    ->type_name(p.metavar)
                    ->allow_extra_args(false)
                    ->take_all();
+    else if (std::holds_alternative<std::optional<std::string> Scene::*>(p.member))
+      option = add_flag("--" + p.name)->each(take)->option_text(" " + p.metavar);
     else if (std::holds_alternative<bool Scene::*>(p.member))
       option = add_flag("--" + p.name)->each(take)->option_text("[=true|false]");
     else
@@ -198,7 +220,9 @@ bool CommandLine::read(std::span<const std::string> arguments) {
     return false;
   }
   try {
-    parse(std::vector<std::string>(arguments.rbegin(), arguments.rend()));
+    std::vector<std::string> words = with_titles(arguments);
+    std::ranges::reverse(words);
+    parse(std::move(words));
   } catch (const CLI::CallForHelp&) {
     print_help(false);
     return false;
@@ -252,7 +276,7 @@ Scene SceneOptions::scene(Scene scene) {
   scene = with_settings(std::move(scene), camera_, settings_, file_z_is_up);
   Scene given = scene;
   // the look may bring a surface
-  if (leaves_look_open(scene) || !scene.look.empty()) given.isovalue.reset();
+  if (leaves_look_open(scene) || !scene.look.empty()) given.isovalue.clear();
   validate(given);
   return scene;
 }

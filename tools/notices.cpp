@@ -64,8 +64,8 @@ void print_choices(const OpenedScene& opened, bool to_copy) {
                  ", chosen by auto");
   };
   if (!scene.extinction && scene.attenuates()) print_choice("extinction", *view.scene.extinction);
-  if (!scene.isovalue && scene.shows(Shows::surface))
-    print_choice("isovalue", *view.scene.isovalue);
+  if (scene.isovalue.empty() && scene.shows(Shows::surface))
+    print_choice("isovalue", view.scene.isovalue.front().value);
 }
 
 ProgressBar::ProgressBar(bool quiet)

@@ -17,6 +17,8 @@
 #include <string>
 #include <vector>
 
+#include "psivox/value_scale.h"
+
 namespace psivox {
 
 /// A box of voxels, both ends inclusive, in index space. Empty when max < min.
@@ -206,6 +208,7 @@ struct Field {
   /// If above 0, the field is a level set kept as distances. The value is half_width - signed
   /// distance [world units]: 0 outside the narrow band, twice the half width deep inside.
   double half_width = 0;
+  ValueScale scale;                     ///< that its values have passed, its unit set
   std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
   std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
   std::optional<ArrayValues> array;     ///< of the leaves without values of their own

@@ -36,7 +36,8 @@ using SceneMember =
                  Classification Scene::*, Centering Scene::*, std::optional<Integrator> Scene::*,
                  std::optional<Sampling> Scene::*, Filter Scene::*, TexelType Scene::*,
                  RendererKind Scene::*, Projection Scene::*, UpAxis Scene::*, LightQuality Scene::*,
-                 ToneMap Scene::*, EmissionColor Scene::*, DepthKind Scene::*>;
+                 ToneMap Scene::*, EmissionColor Scene::*, DepthKind Scene::*, ValueScale Scene::*,
+                 std::optional<std::string> Scene::*, std::vector<ShownSurface> Scene::*>;
 
 /// The sections of --help and of the viewer's panel, in their order.
 enum class ParameterGroup { input, output, look, light, camera, accuracy, machine };

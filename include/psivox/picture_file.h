@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
 #include <optional>
@@ -16,10 +18,16 @@ namespace psivox {
 
 /// The colours of a view's values.
 struct ColorScale {
-  std::string title;               ///< the grid's name
+  std::string title;               ///< the scene's, or the grid's name
   double min = 0, max = 1;         ///< values of the first and the last colour
-  std::vector<glm::dvec3> colors;  ///< luminance, at equal distances of the value
+  std::vector<glm::dvec3> colors;  ///< the map's own, at equal distances of the scaled value
+  ValueScale values{};             ///< its unit set
 };
+
+/// The values that get a label: round ones, or powers of 10 of a scale of logarithms.
+std::vector<double> bar_values(const ColorScale& scale);
+/// Where a value is on the bar: 0 at its lower end, 1 at its upper one.
+double bar_place(const ColorScale& scale, double value);
 
 /// Unset if no colour map, transfer function or maximum gives values a colour.
 std::optional<ColorScale> color_scale(const View& view);
@@ -39,12 +47,39 @@ ScaleBar scale_bar(const View& view);
 /// the picture is too small for it. `display`: as for draw_color_bar.
 bool draw_scale_bar(Image& image, const ScaleBar& bar, const Display& display);
 
+/// A line on the picture.
+struct LegendLine {
+  glm::dvec2 from{0}, to{0};          ///< [pixels from the top left]
+  bool behind = false;                ///< behind the medium
+  std::optional<glm::dvec3> color{};  ///< as the display shows it; unset: the ink of texts
+};
+
+/// A text that begins at a place and lies on one side of it.
+struct LegendText {
+  glm::dvec2 at{0};    ///< [pixels from the top left]
+  glm::dvec2 away{0};  ///< unit vector
+  std::string text;
+};
+
 /// What a picture's file shows beside the picture.
 struct Legend {
   std::optional<ColorScale> colors;  ///< --color-bar
   std::optional<ScaleBar> lengths;   ///< --scale-bar
   std::vector<glm::vec3> behind{};   ///< --background environment: radiance by pixels
+  std::vector<LegendLine> lines{};   ///< --box, --axes
+  std::vector<LegendText> texts{};   ///< the same, and --title
 };
+
+/// Height of letters in a picture of that height [pixels].
+inline double letter_size(int height) { return std::clamp(height / 28.0, 11.0, 60.0); }
+
+/// Adds the lines and texts of a view's --box, --axes and --title.
+void add_annotations(const View& view, Legend& legend);
+
+/// Draws the lines behind the medium, before a background is added.
+void draw_lines_behind(Image& image, const Legend& legend, const Display& display);
+/// Draws the other lines and the texts. `ink`: their light on the display.
+void draw_annotations(Image& image, const Legend& legend, double ink, const Display& display);
 
 /// The legend that the view's scene asks for.
 Legend legend_of(const View& view);

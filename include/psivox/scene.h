@@ -12,6 +12,7 @@
 
 #include "psivox/integrators.h"
 #include "psivox/modes.h"
+#include "psivox/value_scale.h"
 
 namespace psivox {
 
@@ -93,6 +94,14 @@ struct WorldBox {
   bool operator==(const WorldBox&) const = default;
 };
 
+/// One of the surfaces that `--mode isosurface` shows.
+struct ShownSurface {
+  double value = 0;
+  std::optional<glm::dvec3> color{};  ///< unset: the scene's
+  double opacity = 1;
+  bool operator==(const ShownSurface&) const = default;
+};
+
 struct Plane {
   glm::dvec3 normal{0, 0, 1};         ///< of any length but 0 [world]
   std::optional<glm::dvec3> point{};  ///< unset: the middle of what is visible
@@ -116,6 +125,7 @@ struct Scene {
   glm::dvec3 translate{0};  ///< [world units]
   int lod = 0;              ///< level of detail: voxels are made twice as wide so many times
   std::optional<double> extinction;  ///< tau = extinction * value [1/world unit]; unset: auto
+  ValueScale value_scale;            ///< of the density's values
   std::string transfer_function;     ///< file; empty: the value itself is the attenuation
   std::optional<Colormap> colormap;
   /// Values at the ends of the colour map, of --opacity and of maxima; without a map, also of the
@@ -148,7 +158,7 @@ struct Scene {
   LightQuality light_quality = LightQuality::automatic;
 
   Mode mode = Mode::alpha;
-  std::optional<double> isovalue;  ///< unset: Otsu's threshold, 0 for a level set
+  std::vector<ShownSurface> isovalue;  ///< empty: one, as resolved_isovalue says
   double lmip_threshold = 0;
   std::optional<Plane> slice;       ///< shown by mode slice; unset: across the view from the front
   std::optional<WorldBox> clip;     ///< only what is inside is drawn
@@ -192,8 +202,12 @@ struct Scene {
   std::string ocio_display;  ///< empty: the config's first
   std::string ocio_view;     ///< empty: the display's first
   std::string ocio_space;    ///< of the picture's light; empty: the config's scene_linear
-  bool color_bar = false;    ///< drawn into sRGB codes
-  bool scale_bar = false;    ///< drawn into sRGB codes
+  // what is drawn into sRGB codes
+  std::optional<std::string> color_bar;  ///< its title; empty: the grid's name
+  bool scale_bar = false;
+  bool axes = false;
+  bool box = false;
+  std::string title;
   int pixel_samples = 1;
 
   bool strict = false;
@@ -214,7 +228,8 @@ struct Scene {
   bool shows(Shows what) const { return info(mode).shows == what; }
   /// Whether values are placed in a range before they are attenuations, colours or maxima.
   bool windows() const {
-    return transfer_function.empty() && (colormap || opacity || range || shows(Shows::value));
+    return transfer_function.empty() &&
+           (colormap || opacity || range || !value_scale.is_linear() || shows(Shows::value));
   }
   bool has_function() const { return !transfer_function.empty() || windows(); }
   /// Whether segments are composited. If not, the picture depends on the density's values alone and

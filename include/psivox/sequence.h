@@ -62,6 +62,9 @@ std::string frames_text(std::span<const FrameNumber> frames);
 /// One file for each frame.
 using SequenceFiles = std::map<FrameNumber, std::string>;
 
+/// Whether psivox reads files of that name.
+bool has_volume_name(const std::string& path);
+
 /// The files of a sequence: those that match a pattern, the .vdb files of a folder, or the files
 /// that are named. Names that differ in their last number only are its frames; other names are
 /// numbered from 1 in their order. Unset if `inputs` is one path without a placeholder that is no

@@ -181,7 +181,9 @@ std::string option_of_concept(std::string_view name) {
   static constexpr std::pair<std::string_view, std::string_view> concepts[] = {
       {"--albedo", "scattering"},
       {"--aov", "layers passes"},
+      {"--axes", "orientation triad"},
       {"--background", "backdrop bg"},
+      {"--box", "bounds outline"},
       {"--camera-position", "eye from translate"},
       {"--camera-target", "lookat"},
       {"--clip", "crop cut"},
@@ -201,7 +203,9 @@ std::string option_of_concept(std::string_view name) {
       {"--range", "level levels volume-range window"},
       {"--resolution", "dimensions height size width"},
       {"--slice", "slice-axis slice-position"},
+      {"--title", "caption"},
       {"--tone-map", "tonemap"},
+      {"--value-scale", "log log-scale symlog"},
   };
   if (!name.starts_with("--")) return "";
   for (const auto& [option, names] : concepts)

@@ -17,6 +17,7 @@
 #include "psivox/camera.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
+#include "psivox/parameters.h"
 #include "scene/cuts.h"
 #include "scene/transfer_function.h"
 
@@ -113,10 +114,12 @@ std::string why_empty(const View& view) {
   const glm::dvec2 values = stored_range(*medium.density);
   if (std::string lost = why_lost(view); !lost.empty()) return lost;
   if (scene.shows(Shows::surface)) {
-    const double isovalue = scene.isovalue.value_or(0);
-    const double of_field = field_isovalue(isovalue, *medium.density);
-    if (of_field >= values.x && of_field <= values.y) return {};
-    return "--isovalue " + formatted("%.4g", isovalue) + " is not among the values of " +
+    const auto is_among = [&](const ShownSurface& surface) {
+      const double of_field = field_isovalue(surface.value, *medium.density);
+      return of_field >= values.x && of_field <= values.y;
+    };
+    if (std::ranges::any_of(scene.isovalue, is_among)) return {};
+    return "--isovalue " + parameter_text(scene, "isovalue") + " is not among the values of " +
            grid_text(view);
   }
   if (!medium.emission.empty() || !medium.others.empty() || scene.shows(Shows::plane) ||
@@ -137,7 +140,7 @@ std::string why_empty(const View& view) {
 std::string why_low(const View& view) {
   const Scene& scene = view.scene;
   const double greatest = stored_range(*view.medium.density).y;
-  if (scene.range && greatest <= scene.range->ends.x)
+  if (scene.range && greatest <= view.medium.density->scale.scaled(scene.range->ends.x))
     return "--range begins at " + formatted("%.4g", scene.range->ends.x) +
            ", not below the values of " + grid_text(view);
   return {};

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "image/srgb_codes.h"
 
@@ -37,17 +39,36 @@ const stbtt_fontinfo& font() {
 
 }  // namespace
 
+namespace {
+
+/// The characters of a text in UTF-8; bytes that are none stand for themselves.
+std::vector<int> characters(std::string_view text) {
+  std::vector<int> all;
+  for (std::size_t i = 0; i < text.size();) {
+    const auto first = static_cast<unsigned char>(text[i++]);
+    const int more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : first >= 0xc0 ? 1 : 0;
+    int character = more == 0 ? first : first & (0x3f >> more);
+    for (int n = 0; n < more && i < text.size() && (text[i] & 0xc0) == 0x80; ++n)
+      character = character << 6 | (text[i++] & 0x3f);
+    all.push_back(character);
+  }
+  return all;
+}
+
+}  // namespace
+
 TextPicture text_picture(std::string_view text, double size) {
+  const std::vector<int> letters = characters(text);
   const float scale = stbtt_ScaleForPixelHeight(&font(), float(size));
   int ascent = 0, descent = 0, gap = 0;
   stbtt_GetFontVMetrics(&font(), &ascent, &descent, &gap);
-  const auto advance_of = [](char c) {
+  const auto advance_of = [](int letter) {
     int advance = 0, bearing = 0;
-    stbtt_GetCodepointHMetrics(&font(), static_cast<unsigned char>(c), &advance, &bearing);
+    stbtt_GetCodepointHMetrics(&font(), letter, &advance, &bearing);
     return advance;
   };
   float width = 0;
-  for (const char c : text) width += scale * float(advance_of(c));
+  for (const int letter : letters) width += scale * float(advance_of(letter));
 
   TextPicture picture;
   picture.width = std::max(int(std::ceil(width)), 1);
@@ -55,11 +76,11 @@ TextPicture text_picture(std::string_view text, double size) {
   picture.coverage.resize(std::size_t(picture.width) * std::size_t(picture.height));
   const int baseline = int(std::lround(scale * float(ascent)));
   float x = 0;
-  for (const char c : text) {
+  for (const int letter : letters) {
     int w = 0, h = 0, left = 0, top = 0;
     const float whole = std::floor(x);
-    unsigned char* const glyph = stbtt_GetCodepointBitmapSubpixel(
-        &font(), scale, scale, x - whole, 0, static_cast<unsigned char>(c), &w, &h, &left, &top);
+    unsigned char* const glyph = stbtt_GetCodepointBitmapSubpixel(&font(), scale, scale, x - whole,
+                                                                  0, letter, &w, &h, &left, &top);
     for (int gy = 0; gy < h; ++gy)
       for (int gx = 0; gx < w; ++gx) {
         const int px = int(whole) + left + gx, py = baseline + top + gy;
@@ -68,13 +89,16 @@ TextPicture text_picture(std::string_view text, double size) {
         at = std::max(at, float(glyph[gy * w + gx]) / 255);
       }
     stbtt_FreeBitmap(glyph, nullptr);
-    x += scale * float(advance_of(c));
+    x += scale * float(advance_of(letter));
   }
   return picture;
 }
 
-glm::dvec3 Canvas::shown(double light) const {
-  return glm::dvec3(radiance_of_display(light, display_.tone_map) / display_.factor());
+glm::dvec3 Canvas::shown(const glm::dvec3& light) const {
+  glm::dvec3 radiance;
+  for (int c = 0; c < 3; ++c)
+    radiance[c] = double(radiance_of_display(light[c], display_.tone_map)) / display_.factor();
+  return radiance;
 }
 
 void Canvas::fill(const Rectangle& r, const glm::dvec3& color) {
@@ -89,9 +113,31 @@ void Canvas::write(const TextPicture& text, int x, int y, const glm::dvec3& colo
           double(text.coverage[std::size_t(row * text.width + column)]));
 }
 
-void Canvas::set(int x, int y, const glm::dvec3& color, double coverage) {
+void Canvas::line(const glm::dvec2& from, const glm::dvec2& to, double thick,
+                  const glm::dvec3& color, bool under) {
+  const glm::dvec2 size(image_.width, image_.height);
+  const glm::ivec2 first = glm::clamp(glm::min(from, to) - thick, glm::dvec2(0), size),
+                   last = glm::clamp(glm::max(from, to) + thick, glm::dvec2(0), size - 1.0);
+  const glm::dvec2 way = to - from;
+  for (int y = first.y; y <= last.y; ++y)
+    for (int x = first.x; x <= last.x; ++x) {
+      const glm::dvec2 at = glm::dvec2(x, y) + 0.5 - from;
+      const double along =
+          std::clamp(glm::dot(at, way) / std::max(glm::dot(way, way), 1e-12), 0.0, 1.0);
+      const double off = glm::length(at - along * way);
+      if (off < 0.5 * (thick + 1)) set(x, y, color, std::min(1.0, 0.5 * (thick + 1) - off), under);
+    }
+}
+
+void Canvas::set(int x, int y, const glm::dvec3& color, double coverage, bool under) {
   if (x < 0 || y < 0 || x >= image_.width || y >= image_.height) return;
   float* const pixel = &image_.rgba()[4 * image_.index(x, y)];
+  if (under) {
+    const double left = coverage * (1 - double(pixel[3]));
+    for (int c = 0; c < 3; ++c) pixel[c] += float(left * color[c]);
+    pixel[3] += float(left);
+    return;
+  }
   for (int c = 0; c < 3; ++c) pixel[c] = float(std::lerp(double(pixel[c]), color[c], coverage));
   pixel[3] = float(std::lerp(double(pixel[3]), 1.0, coverage));
 }

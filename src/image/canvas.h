@@ -1,5 +1,6 @@
 #pragma once
 
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <string>
 #include <string_view>
@@ -33,13 +34,18 @@ class Canvas {
   /// Radiance that the display shows as the white of texts, and as the dark ground behind them.
   glm::dvec3 white() const { return shown(0.9); }
   glm::dvec3 ground() const { return shown(0.015); }
+  /// Radiance that the display shows as this light.
+  glm::dvec3 shown(const glm::dvec3& light) const;
 
   void fill(const Rectangle& r, const glm::dvec3& color);
   void write(const TextPicture& text, int x, int y, const glm::dvec3& color);
+  /// A line between two points [pixels]. `under`: below what the picture has, which is not opaque.
+  void line(const glm::dvec2& from, const glm::dvec2& to, double thick, const glm::dvec3& color,
+            bool under = false);
 
  private:
-  glm::dvec3 shown(double light) const;
-  void set(int x, int y, const glm::dvec3& color, double coverage);
+  glm::dvec3 shown(double light) const { return shown(glm::dvec3(light)); }
+  void set(int x, int y, const glm::dvec3& color, double coverage, bool under = false);
 
   Image& image_;
   Display display_;

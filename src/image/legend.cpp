@@ -16,12 +16,18 @@ namespace {
 
 constexpr int color_count = 256;
 
+/// `color`: of a scaled value.
 template <typename ColorOfValue>
-ColorScale scale_of(const View& view, double min, double max, const ColorOfValue& color) {
-  ColorScale scale{view.scene.grid, min, max, {}};
+ColorScale scale_of(const View& view, const glm::dvec2& ends, const ColorOfValue& color) {
+  const std::optional<std::string>& title = view.scene.color_bar;
+  const ValueScale& values = view.medium.density->scale;
+  ColorScale scale{title && !title->empty() ? *title : view.scene.grid,
+                   values.value_of(ends.x),
+                   values.value_of(ends.y),
+                   {},
+                   values};
   for (int i = 0; i < color_count; ++i)
-    scale.colors.push_back(view.scene.resolved_luminance() *
-                           color(std::lerp(min, max, i / double(color_count - 1))));
+    scale.colors.push_back(color(std::lerp(ends.x, ends.y, i / double(color_count - 1))));
   return scale;
 }
 
@@ -35,11 +41,27 @@ struct Label {
   TextPicture text;
 };
 
+/// 1, 2 and 5 times powers of 10 within [min, max] above 0; the powers alone if these are enough,
+/// or some of them.
+std::vector<double> decades(double min, double max) {
+  constexpr int fewest = 3, most = 8;
+  const auto first = int(std::ceil(std::log10(min) - 1e-9)),
+             last = int(std::floor(std::log10(max) + 1e-9));
+  const int step = (last - first + most) / most;
+  std::vector<double> values;
+  for (int power = first - 1; power <= last; ++power)
+    for (const double factor : {1.0, 2.0, 5.0}) {
+      const double value = factor * std::pow(10, power);
+      const bool wanted = factor == 1 ? (power - last) % step == 0 : last - first + 1 < fewest;
+      if (wanted && value >= min * (1 - 1e-9) && value <= max * (1 + 1e-9)) values.push_back(value);
+    }
+  return values;
+}
+
 std::vector<Label> labels_of(const ColorScale& scale, double size, int room) {
   std::vector<Label> labels;
-  for (const double value : round_values(scale.min, scale.max, 5))
-    labels.push_back({(value - scale.min) / (scale.max - scale.min),
-                      fitted(formatted("%.6g", value), size, room)});
+  for (const double value : bar_values(scale))
+    labels.push_back({bar_place(scale, value), fitted(formatted("%.6g", value), size, room)});
   return labels;
 }
 
@@ -56,22 +78,45 @@ double round_length(double length) {
 
 }  // namespace
 
+std::vector<double> bar_values(const ColorScale& scale) {
+  if (scale.values.is_linear()) return round_values(scale.min, scale.max, 5);
+  std::vector<double> values;
+  if (scale.values.kind == ValueScale::Kind::log) {
+    values = decades(scale.min, scale.max);
+  } else {
+    const double unit = *scale.values.unit;
+    if (scale.min < -unit)
+      for (const double value : decades(unit, -scale.min)) values.push_back(-value);
+    if (scale.min <= 0 && scale.max >= 0) values.push_back(0);
+    if (scale.max > unit)
+      for (const double value : decades(unit, scale.max)) values.push_back(value);
+  }
+  return values.size() > 1 ? values : round_values(scale.min, scale.max, 5);
+}
+
+double bar_place(const ColorScale& scale, double value) {
+  const double low = scale.values.scaled(scale.min);
+  return (scale.values.scaled(value) - low) / (scale.values.scaled(scale.max) - low);
+}
+
 std::optional<ColorScale> color_scale(const View& view) {
   const Scene& scene = view.scene;
+  const ValueScale& values = view.medium.density->scale;
   if (scene.windows()) {
     if (!scene.colormap && !scene.shows(Shows::value)) return std::nullopt;
-    const glm::dvec2 range = scene.range->ends;
-    return scale_of(view, range.x, range.y, [&](double value) {
-      const double u = (value - range.x) / (range.y - range.x);
+    const glm::dvec2 ends(values.scaled(scene.range->ends.x), values.scaled(scene.range->ends.y));
+    return scale_of(view, ends, [&](double value) {
+      const double u = (value - ends.x) / (ends.y - ends.x);
       return scene.colormap ? colormap_color(*scene.colormap, u) : glm::dvec3(u);
     });
   }
   if (scene.transfer_function.empty()) return std::nullopt;
-  const TransferFunction function = read_transfer_function(scene.transfer_function);
-  const double first = function.points().empty() ? 0 : function.points().front().value;
-  const double last = function.points().empty() ? 0 : function.points().back().value;
-  if (!function.has_color() || !(first < last)) return std::nullopt;
-  return scale_of(view, first, last, [&](double value) { return function.at(value).color; });
+  const TransferFunction function =
+      scaled_function(read_transfer_function(scene.transfer_function), values);
+  if (function.points().empty() || !function.has_color()) return std::nullopt;
+  const glm::dvec2 ends(function.points().front().value, function.points().back().value);
+  if (!(ends.x < ends.y)) return std::nullopt;
+  return scale_of(view, ends, [&](double value) { return function.at(value).color; });
 }
 
 Legend legend_of(const View& view) {
@@ -79,6 +124,7 @@ Legend legend_of(const View& view) {
   if (view.scene.color_bar) legend.colors = color_scale(view);
   if (view.scene.scale_bar) legend.lengths = scale_bar(view);
   legend.behind = Backdrop(view).pixels();
+  add_annotations(view, legend);
   return legend;
 }
 
@@ -141,7 +187,7 @@ ScaleBar scale_bar(const View& view) {
 }
 
 bool draw_scale_bar(Image& image, const ScaleBar& bar, const Display& display) {
-  const double size = std::clamp(image.height / 28.0, 11.0, 60.0);  // height of the letters
+  const double size = letter_size(image.height);
   if (image.width < 8 * size || image.height < 5 * size) return false;
   const int pad = int(std::lround(0.6 * size)), thick = std::max(2, int(std::lround(size / 7)));
   const int width = int(std::lround(bar.width * image.width));

@@ -1,6 +1,7 @@
 #include "psivox/picture_file.h"
 
 #include <cstdlib>
+#include <glm/geometric.hpp>
 
 #include "base/input_file.h"
 #include "base/memory.h"
@@ -51,6 +52,13 @@ std::string add_color_bar(const std::optional<ColorScale>& scale, const Display&
   if (!draw_color_bar(image, *scale, display))
     return "--color-bar: the picture is too small for it";
   return {};
+}
+
+/// The light of lines and texts that are seen on a background.
+double ink_on(const std::optional<Background>& background) {
+  constexpr double middle = 0.18;  // grey
+  if (!background || background->environment) return 0.4;
+  return glm::dot(background->color, glm::dvec3(0.2126, 0.7152, 0.0722)) > middle ? 0.03 : 0.6;
 }
 
 }  // namespace
@@ -107,14 +115,18 @@ std::vector<std::string> complete_picture(Image& image, Scene& scene, const Lege
   const auto say = [&](const std::string& notice) {
     if (!notice.empty()) notices.push_back(notice);
   };
-  if (codes) say(choose_exposure(image, scene));
+  if (codes) {
+    say(choose_exposure(image, scene));
+    resolve_ocio(scene);
+    draw_lines_behind(image, legend, display_of(scene));
+  }
   if (scene.background) add_background(image, scene.background->color, legend.behind);
   if (!codes) return notices;
-  resolve_ocio(scene);
   const Display display = display_of(scene);
   if (scene.color_bar) say(add_color_bar(legend.colors, display, image));
   if (legend.lengths && !draw_scale_bar(image, *legend.lengths, display))
     say("--scale-bar: the picture is too small for it");
+  draw_annotations(image, legend, ink_on(scene.background), display);
   return notices;
 }
 

@@ -288,7 +288,9 @@ std::vector<std::string> available_looks() {
 }
 
 /// Whether what says how the medium shines is the colour of a surface, which keeps its lamps.
-bool is_of_surface(const Scene& scene) { return scene.shows(Shows::surface) || scene.isovalue; }
+bool is_of_surface(const Scene& scene) {
+  return scene.shows(Shows::surface) || !scene.isovalue.empty();
+}
 
 bool leaves_look_open(const Scene& scene) {
   return scene.look.empty() && *info(scene.mode).look &&

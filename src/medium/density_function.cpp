@@ -20,7 +20,8 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
   if (scene.range) {
     glm::dvec2 range = scene.range->ends;
     for (int i = 0; i < 2; ++i)
-      if (scene.range->percent[i]) range[i] = active_percentile(density, range[i]);
+      range[i] = scene.range->percent[i] ? active_percentile(density, range[i])
+                                         : density.scale.scaled(range[i]);
     if (range.x < range.y) return range;
     const Parameter& p = *find_parameter("range");
     throw Error(ExitCode::usage, "--range " + parameter_text(scene, p) + " goes from " +
@@ -29,7 +30,10 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
                                      "; MIN must be below MAX");
   }
   glm::dvec2 range = active_range(density);
-  if (scene.shows(Shows::value) && !scene.colormap && range.y > 0) return glm::dvec2(0, range.y);
+  if (scene.shows(Shows::value) && !scene.colormap && range.y > 0) {
+    const bool greatest = scene.mode == Mode::mip || scene.mode == Mode::lmip;
+    return glm::dvec2(greatest ? 0 : std::min(range.x, 0.0), range.y);
+  }
   if (density.of_vectors) {  // 0 is at the map's middle or beginning
     range.y = std::max(range.y, -range.x);
     range.x = range.x < 0 ? -range.y : 0;
@@ -87,8 +91,8 @@ std::shared_ptr<const TransferFunction> density_function(const Scene& scene, con
   }
   if (scene.transfer_function.empty())
     return density.of_vectors && scene.attenuates() ? magnitude_of(density) : nullptr;
-  auto function =
-      std::make_shared<const TransferFunction>(read_transfer_function(scene.transfer_function));
+  auto function = std::make_shared<const TransferFunction>(
+      scaled_function(read_transfer_function(scene.transfer_function), density.scale));
   if (function->has_color() && !(scene.luminance_grid.empty() && scene.temperature_grid.empty()))
     throw Error(ExitCode::usage,
                 "--transfer-function " + in_quotes(scene.transfer_function) +
@@ -142,21 +146,24 @@ double otsu_threshold(const Field& density) {
   return range.x + (range.y - range.x) * (0.5 * (first + last) + 1) / bins;
 }
 
-double resolved_isovalue(const Scene& scene, const Field& density) {
-  if (density.half_width > 0) {
-    const double isovalue = scene.isovalue.value_or(0);
-    if (std::abs(isovalue) >= density.half_width)
-      throw Error(ExitCode::usage, "--isovalue " + number_text(isovalue) + ": level set " +
+std::vector<ShownSurface> resolved_isovalue(const Scene& scene, const Field& density) {
+  std::vector<ShownSurface> surfaces = scene.isovalue;
+  std::ranges::sort(surfaces, {}, &ShownSurface::value);
+  if (surfaces.empty()) {
+    const bool distances = density.half_width > 0;
+    surfaces.push_back({distances ? 0 : density.scale.value_of(otsu_threshold(density))});
+  }
+  for (const ShownSurface& surface : surfaces)
+    if (density.half_width > 0 && std::abs(surface.value) >= density.half_width)
+      throw Error(ExitCode::usage, "--isovalue " + number_text(surface.value) + ": level set " +
                                        in_quotes(density.name) + " has distances below " +
                                        formatted("%.6g", density.half_width) +
                                        " only, either side");
-    return isovalue;
-  }
-  return scene.isovalue ? *scene.isovalue : otsu_threshold(density);
+  return surfaces;
 }
 
 double field_isovalue(double isovalue, const Field& density) {
-  return density.half_width > 0 ? density.half_width - isovalue : isovalue;
+  return density.half_width > 0 ? density.half_width - isovalue : density.scale.scaled(isovalue);
 }
 
 }  // namespace psivox

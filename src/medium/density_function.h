@@ -26,13 +26,13 @@ std::shared_ptr<const TransferFunction> density_function(const Scene& scene, con
 /// voxels too: that of the greatest variance between the two (N. Otsu, 1979, eq. 18), of 1024.
 double otsu_threshold(const Field& density);
 
-/// The scene's isovalue, else 0 for a level set, else otsu_threshold. It is in the grid's own
-/// values, which are distances in a level set. Throws Error(usage) if a level set does not store
-/// that distance.
-double resolved_isovalue(const Scene& scene, const Field& density);
+/// The scene's surfaces by ascending values; if it has none, one at 0 for a level set, else at
+/// otsu_threshold. They are in the grid's own values, which are distances in a level set. Throws
+/// Error(usage) if a level set does not store that distance.
+std::vector<ShownSurface> resolved_isovalue(const Scene& scene, const Field& density);
 
-/// Converts a resolved isovalue to the field's values, which in a level set are not distances
-/// (Field::half_width).
+/// Converts a resolved isovalue to the field's values, which are scaled, and in a level set are not
+/// distances (Field::half_width).
 double field_isovalue(double isovalue, const Field& density);
 
 /// Throws Error(usage) if the scene has an option that does not work with a function of the

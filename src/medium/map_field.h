@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <string>
 
 #include "psivox/field.h"
@@ -21,6 +22,13 @@ using VoxelMap = std::function<glm::vec3(const glm::vec3& value)>;
 /// The field with every stored value mapped, to `channels` components; values that are not stored
 /// stay 0. A scalar is in the first component, before and after.
 Field map_field(const Field& field, int channels, const VoxelMap& map);
+
+/// The scalar field with its values passed through a scale, if they are not yet. An unset unit is,
+/// of log, the least value above 0; of symlog, a thousandth of the greatest magnitude. Throws
+/// Error(input) if there is none, Error(usage) for distances, Error(memory) if values stay in the
+/// file.
+std::shared_ptr<const Field> scaled_values(std::shared_ptr<const Field> field,
+                                           const ValueScale& wanted);
 
 /// Magnitude of the gradient of a scalar field at its voxels [value/world unit], as a field of the
 /// same domain and transform: central differences over the two neighbours along each index axis,

@@ -1,5 +1,6 @@
 #include "psivox/medium.h"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
@@ -103,15 +104,28 @@ double least_value(const Scene& scene, const Field& density) {
   return range ? std::min(rounding, (range->y - range->x) / 16384) : rounding;
 }
 
+std::vector<Surface> surfaces_of(const Scene& scene, const Field& density,
+                                 const TransferFunction* function) {
+  std::vector<Surface> surfaces;
+  for (const ShownSurface& shown : resolved_isovalue(scene, density)) {
+    glm::dvec3 color = scene.resolved_luminance();
+    if (!scene.luminance_grid.empty()) color *= scene.luminance_scale;
+    const double value = field_isovalue(shown.value, density);
+    if (function && function->has_color()) color *= function->at(value).color;
+    // a plateau of that value, such as the 0 around distances, is above it and no surface
+    surfaces.push_back({value - rounding_of(density), shown.color.value_or(color), shown.opacity});
+  }
+  std::ranges::sort(surfaces, {}, &Surface::isovalue);  // distances descend
+  return surfaces;
+}
+
 /// Sets the meaning of the density's values: a surface, attenuations, or arguments of a function.
 void set_density(const Scene& scene, const std::shared_ptr<const Field>& density,
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.density = density;
   medium.nearest = scene.classification == Classification::nearest && !scene.shows(Shows::surface);
   if (scene.shows(Shows::surface)) {
-    // a plateau of that value, such as the 0 around distances, is above it and no surface
-    medium.isovalue =
-        field_isovalue(resolved_isovalue(scene, *density), *density) - rounding_of(*density);
+    medium.surfaces = surfaces_of(scene, *density, function.get());
   } else if (function && function->has_gradient()) {
     return set_gradient_function(scene, density, function, medium);
   } else if (function && scene.classification == Classification::pre) {
@@ -152,8 +166,6 @@ Medium make_medium(const Scene& scene, const MediumFields& fields) {
   if (fields.drawn &&
       ((medium.luminance && fields.luminance == fields.density) || fields.albedo.size() > 1))
     check_in_memory(*fields.drawn);
-  if (scene.shows(Shows::surface) && function && function->has_color())
-    medium.color *= function->at(resolved_isovalue(scene, *fields.density)).color;
   for (const auto& [options, field] : fields.emission) {
     if (!(scene.*options->scale > 0)) continue;
     const bool hot = scene.*options->color == EmissionColor::black_body;
@@ -209,7 +221,12 @@ void resolve(const MediumFields& fields, View& view) {
   const Medium& medium = view.medium;
   const Camera& camera = view.camera;
   const bool z_up = z_is_up(scene, *view.subject);
+  const ValueScale& scale = fields.density->scale;
+  const MapRange given = scene.range.value_or(MapRange({}, {true, true}));
   scene.range = resolved_range(scene, *fields.density);
+  for (int i = 0; scene.range && i < 2; ++i)
+    scene.range->ends[i] = given.percent[i] ? scale.value_of(scene.range->ends[i]) : given.ends[i];
+  if (scale.kind == ValueScale::Kind::symlog) scene.value_scale = scale;
   if (scene.attenuates()) scene.extinction = medium.extinction;
   if (scene.shows(Shows::surface)) scene.isovalue = resolved_isovalue(scene, *fields.density);
   scene.luminance = scene.resolved_luminance();
@@ -228,7 +245,7 @@ void resolve(const MediumFields& fields, View& view) {
 std::optional<KnownSubject> KnownSubject::of(const View& view) {
   const Medium& medium = view.medium;
   if (!medium.emission.empty() || !medium.others.empty()) return {};
-  return KnownSubject{medium.density, medium.transfer, view.scene.mode, medium.isovalue,
+  return KnownSubject{medium.density, medium.transfer, view.scene.mode, medium.surfaces,
                       view.subject};
 }
 
@@ -236,7 +253,7 @@ bool KnownSubject::serves(const Medium& medium, Mode seen_by) const {
   const bool same_function =
       transfer && medium.transfer ? *transfer == *medium.transfer : transfer == medium.transfer;
   return density.lock() == medium.density && same_function && mode == seen_by &&
-         isovalue == medium.isovalue && medium.emission.empty() && medium.others.empty();
+         surfaces == medium.surfaces && medium.emission.empty() && medium.others.empty();
 }
 
 View make_view(const Scene& scene, const VdbFile& file) {
@@ -252,6 +269,7 @@ View make_view(const Scene& scene, std::shared_ptr<const Field> density,
                                        ": no such field at hand");
     luminance = density;
   }
+  if (density) density = scaled_values(density, scene.value_scale);
   return make_view(scene, MediumFields{density, luminance, nullptr});
 }
 

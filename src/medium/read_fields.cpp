@@ -119,6 +119,7 @@ std::string parts_obstacle(const Scene& scene) {
   if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
   if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
   if (!scene.volumes.empty()) return "volumes without --and";
+  if (!scene.value_scale.is_linear()) return "--value-scale linear";
   return {};
 }
 
@@ -148,7 +149,8 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
     found.drawn->notices = found.field.notices;
     fields.drawn = std::make_shared<const Field>(std::move(*found.drawn));
   }
-  fields.density = at_level(scene, std::move(found.field), found.is_coarse);
+  fields.density =
+      scaled_values(at_level(scene, std::move(found.field), found.is_coarse), scene.value_scale);
   if (scene.lod == 0) fields.weights = found.weights;
   if (!scene.composites() && !scene.shines()) return fields;
 
@@ -213,8 +215,9 @@ std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& na
 
 std::string fields_key(const Scene& scene) {
   std::string key;
-  for (const char* name : {"input", "grid", "strict", "background-value", "fill-value", "lod",
-                           "luminance-grid", "temperature-grid", "albedo-grid", "volumes"})
+  for (const char* name :
+       {"input", "grid", "strict", "background-value", "fill-value", "lod", "value-scale",
+        "luminance-grid", "temperature-grid", "albedo-grid", "volumes"})
     key += "\n" + parameter_text(scene, name);
   for (const EmissionOptions& emission : emission_options)
     key += "\n" + (scene.*emission.scale > 0 ? scene.*emission.grid : "");

@@ -243,13 +243,15 @@ void add_grid(const Field& field, const Weight& weight, Subject& subject,
 void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Subject& subject) {
   const Field& field = *medium.density;
   if (info(mode).shows == Shows::surface) {
-    const double isovalue = medium.isovalue;
-    const bool encloses_less = isovalue < value_outside(field);
+    const double outside = value_outside(field);
     return add_grid(
         field,
         [&](const float* value) {
-          const auto v = double(*value);
-          return (encloses_less ? v <= isovalue : v >= isovalue) ? 1.0 : 0.0;
+          const auto is_in = [&](const Surface& surface) {
+            const double isovalue = surface.isovalue;
+            return isovalue < outside ? double(*value) <= isovalue : double(*value) >= isovalue;
+          };
+          return std::ranges::any_of(medium.surfaces, is_in) ? 1.0 : 0.0;
         },
         subject);
   }

@@ -9,6 +9,7 @@
 #include "march/film.h"
 #include "page/page_parts.h"
 #include "plan/plan.h"
+#include "psivox/parameters.h"
 #include "psivox/picture_file.h"
 #include "scene/cuts.h"
 
@@ -177,8 +178,8 @@ std::string page_obstacle(const Scene& scene) {
   if (!scene.holdout.empty()) return no("--holdout");
   if (scene.uses_ocio()) return no("--ocio; leave it out");
   if (scene.background && scene.background->environment) return no("--background environment");
-  if (scene.color_bar) return no("--color-bar");
-  if (scene.scale_bar) return no("--scale-bar");
+  for (const char* drawn : {"color-bar", "scale-bar", "axes", "box", "title"})
+    if (!has_default(scene, *find_parameter(drawn))) return no("--" + std::string(drawn));
   if (scene.renderer == RendererKind::reference) return no("--renderer reference");
   return {};
 }

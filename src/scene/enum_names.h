@@ -24,6 +24,7 @@ inline std::vector<std::string> enum_names(Colormap) {
   return {"viridis", "inferno",  "magma", "plasma", "cividis",
           "turbo",   "coolwarm", "gray",  "hot",    "labels"};
 }
+inline std::vector<std::string> enum_names(ValueScale::Kind) { return {"linear", "log", "symlog"}; }
 inline std::vector<std::string> enum_names(Filter) { return {"exact", "hardware"}; }
 inline std::vector<std::string> enum_names(Projection) { return {"perspective", "orthographic"}; }
 inline std::vector<std::string> enum_names(UpAxis) { return {"auto", "y", "z"}; }

@@ -41,6 +41,16 @@ std::string text_of(const WorldBox& box) { return text_of(box.min) + "," + text_
 std::string text_of(const Plane& plane) {
   return (plane.point ? text_of(*plane.point) + "," : "") + text_of(plane.normal);
 }
+std::string text_of(const ValueScale& scale) {
+  const std::string name = enum_names(scale.kind)[std::size_t(scale.kind)];
+  return scale.unit ? name + ":" + text_of(*scale.unit) : name;
+}
+std::string text_of(const ShownSurface& surface) {
+  std::string text = text_of(surface.value);
+  if (surface.color)
+    text += ":" + hex_text(glm::ivec3(glm::round(255.0 * srgb_from_linear(*surface.color))));
+  return surface.opacity == 1 ? text : text + ":" + text_of(surface.opacity);
+}
 std::string text_of(const glm::ivec2& v) { return text_of(v.x) + "x" + text_of(v.y); }
 template <typename E>
 requires std::is_enum_v<E> std::string text_of(E value) {
@@ -52,6 +62,16 @@ std::string text_of(const Parameter& p, const std::vector<T>& items) {
   std::string text;
   for (const T& item : items) text += (text.empty() ? "" : ";") + text_of(item);
   return text.empty() ? p.unset : text;
+}
+
+std::string text_of(const Parameter& p, const std::vector<ShownSurface>& surfaces) {
+  std::vector<std::string> items;
+  for (const ShownSurface& surface : surfaces) items.push_back(text_of(surface));
+  return items.empty() ? p.unset : joined(items);
+}
+
+std::string text_of(const Parameter& p, const std::optional<std::string>& title) {
+  return !title ? p.unset : title->empty() ? "true" : *title;
 }
 
 template <typename T>
@@ -102,7 +122,8 @@ char separator(const Parameter& p) {
         std::is_same_v<T, std::optional<Background>> ||
         std::is_same_v<T, std::optional<MapRange>> ||
         std::is_same_v<T, std::vector<DirectionalLight>> ||
-        std::is_same_v<T, std::optional<WorldBox>> || std::is_same_v<T, std::optional<Plane>>;
+        std::is_same_v<T, std::optional<WorldBox>> || std::is_same_v<T, std::optional<Plane>> ||
+        std::is_same_v<T, std::vector<ShownSurface>>;
     return list ? ',' : '\0';
   };
   return std::visit(of_type, p.member);
@@ -130,6 +151,8 @@ json item_json(const Parameter& p, std::string_view text) {
 
 /// A parameter's text as JSON. One light of the world is its six numbers; several are an array.
 json json_of(const Parameter& p, const std::string& text) {
+  if (std::holds_alternative<std::optional<std::string> Scene::*>(p.member))
+    return text == "true" || text == p.unset ? json(text == "true") : json(text);
   if (is_text(p) || text == p.unset) return text;
   const bool files = separator(p) == ';';
   if (!files && !std::holds_alternative<std::vector<DirectionalLight> Scene::*>(p.member))

@@ -80,6 +80,34 @@ bool read(std::string_view text, const Range&, OpacityCurve& value) {
   return !value.points.empty();
 }
 
+/// log, or symlog:0.1.
+bool read(std::string_view text, const Range&, ValueScale& value) {
+  const std::size_t colon = std::min(text.find(':'), text.size());
+  const std::vector<std::string> names = enum_names(value.kind);
+  const auto name = std::ranges::find(names, text.substr(0, colon));
+  if (name == names.end()) return false;
+  value.kind = ValueScale::Kind(name - names.begin());
+  if (colon == text.size()) return true;
+  return value.kind == ValueScale::Kind::symlog &&
+         read(text.substr(colon + 1), Range{.min = 0, .min_open = true}, value.unit.emplace());
+}
+
+/// A value, which a colour and an opacity may follow.
+bool read(std::string_view text, ShownSurface& value) {
+  const std::vector<std::string> parts = split(text, ':');
+  if (parts.size() > 3 || !read(parts.front(), Range{}, value.value)) return false;
+  if (parts.size() == 1) return true;
+  const bool opaque = parts.size() == 2 && read(parts[1], Range{0, 1}, value.opacity);
+  if (!opaque && !parts[1].empty()) value.color = named_color(parts[1]);
+  return opaque || ((value.color || parts[1].empty()) &&
+                    (parts.size() == 2 || read(parts[2], Range{0, 1}, value.opacity)));
+}
+
+bool read(std::string_view text, const Range&, std::vector<ShownSurface>& value) {
+  return std::ranges::all_of(
+      split(text), [&](const std::string& item) { return read(item, value.emplace_back()); });
+}
+
 /// Place of the n-th comma, or npos.
 std::size_t nth_comma(std::string_view text, int n) {
   std::size_t place = text.find(',');
@@ -195,6 +223,14 @@ std::string kind_text(const Parameter& p, const Background& kind) {
 std::string kind_text(const Parameter& p, const MapRange&) {
   return "two numbers " + p.metavar + " or percentiles such as 1%,99%";
 }
+std::string kind_text(const Parameter&, const ValueScale&) {
+  return "linear, log, symlog, or symlog:T with T above 0";
+}
+std::string kind_text(const Parameter&, const std::vector<ShownSurface>&) {
+  return "numbers, each perhaps with a colour (#rrggbb or a name of CSS) and an opacity from 0 to "
+         "1, "
+         "such as 0.2:#ff8800:0.3,0.5";
+}
 std::string kind_text(const Parameter&, const OpacityCurve&) {
   return "places from 0 to 1, ascending, each with a factor that is at least 0, such as "
          "0:0,0.3:0.1,1:1";
@@ -273,6 +309,12 @@ void assign(const Parameter& p, std::string_view text, std::string& target) {
   std::string value;
   if (!read(p, text, value)) refuse(p, text, value);
   target = text == "none" && p.default_text == "none" ? "" : value;
+}
+
+/// A text that may be left out: true is an empty one.
+void assign(const Parameter& p, std::string_view text, std::optional<std::string>& target) {
+  target.reset();
+  if (text != p.unset) target = text == "true" ? "" : text;
 }
 
 template <typename T>

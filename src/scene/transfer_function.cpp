@@ -84,8 +84,9 @@ class Window {
   double attenuation(double value) const {
     const double u = place(value);
     if (scene_.opacity) return scene_.opacity->at(u);
-    if (scene_.colormap && !scene_.shows(Shows::value)) return std::max(value, 0.0);
-    return scene_.shows(Shows::value) ? std::max(u, 0.0) : std::clamp(u, 0.0, 1.0);
+    if (scene_.shows(Shows::value)) return std::max(u, 0.0);
+    if (scene_.value_scale.kind == ValueScale::Kind::symlog) return std::abs(value);
+    return scene_.colormap ? std::max(value, 0.0) : std::clamp(u, 0.0, 1.0);
   }
 
   glm::dvec3 color(double value) const {
@@ -260,6 +261,21 @@ double OpacityCurve::at(double place) const {
   if (points.empty()) return 1;
   const Place at = place_among(points, place, &glm::dvec2::x);
   return std::lerp(points[at.below].y, points[at.above].y, at.t);
+}
+
+TransferFunction scaled_function(const TransferFunction& function, const ValueScale& scale) {
+  if (scale.is_linear()) return function;
+  std::vector<TransferPoint> points = function.points();
+  GradientPart part = function.gradient_part();
+  std::size_t gone = 0;
+  if (scale.kind == ValueScale::Kind::log)
+    while (gone + 1 < points.size() && points[gone + 1].value <= *scale.unit) ++gone;
+  points.erase(points.begin(), points.begin() + std::ptrdiff_t(gone));
+  part.attenuation.erase(part.attenuation.begin(),
+                         part.attenuation.begin() + std::ptrdiff_t(gone * part.gradients.size()));
+  for (TransferPoint& point : points) point.value = scale.scaled(point.value);
+  for (Isosurface& surface : part.isosurfaces) surface.value = scale.scaled(surface.value);
+  return TransferFunction(std::move(points), function.has_color(), std::move(part));
 }
 
 TransferFunction window_function(const Scene& scene, const glm::dvec2& range,

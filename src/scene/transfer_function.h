@@ -122,6 +122,10 @@ std::string to_json(const TransferFunction& function);
 /// Throws Error(input).
 TransferFunction read_transfer_function(const std::filesystem::path& path);
 
+/// The function of values that have passed a scale: its points' values pass it too, and it is
+/// linear between them there. Of points that a log scale makes 0 the last one stays.
+TransferFunction scaled_function(const TransferFunction& function, const ValueScale& scale);
+
 /// The function whose attenuation is the value itself (0 if negative) and whose colours are the
 /// map's over [range_min, range_max]. It has points at the map's knots, at the ends of the data and
 /// at 0, the value of vacuum, so that the attenuation is the value up to data_max. Throws
@@ -134,7 +138,8 @@ TransferFunction colormap_function(Colormap map, double range_min, double range_
 /// | | attenuation | colour |
 /// |---|---|---|
 /// | --opacity | the curve of u | |
-/// | a colour map | the value, at least 0 | the map of u |
+/// | a symlog scale, but of maxima | the magnitude of the value | |
+/// | a colour map | the value, at least 0; of maxima u, at least 0 | the map of u |
 /// | maxima | u, at least 0 | the same: a value beyond the range is brighter than 1 |
 /// | else | u within 0 and 1 | |
 ///

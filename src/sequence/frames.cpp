@@ -16,6 +16,13 @@
 // Numbers of frames, and the files that have them.
 
 namespace psivox {
+
+bool has_volume_name(const std::string& path) {
+  const std::string name = lower_case(path);
+  return std::ranges::any_of(std::array{".vdb", ".nvdb", ".nii", ".nii.gz", ".nrrd", ".nhdr"},
+                             [&](const char* extension) { return name.ends_with(extension); });
+}
+
 namespace {
 
 namespace fs = std::filesystem;
@@ -59,13 +66,6 @@ Span read_span(const std::string& item, const std::string& option, const std::st
   return span;
 }
 
-/// Whether psivox reads files of that name.
-bool has_format(const std::string& path) {
-  const std::string name = lower_case(path);
-  return std::ranges::any_of(std::array{".vdb", ".nvdb", ".nii", ".nii.gz", ".nrrd", ".nhdr"},
-                             [&](const char* extension) { return name.ends_with(extension); });
-}
-
 std::vector<std::string> files_in(const std::string& folder) {
   std::vector<std::string> paths;
   std::string foreign = foreign_format(folder);
@@ -73,7 +73,7 @@ std::vector<std::string> files_in(const std::string& folder) {
   for (const auto& entry : fs::directory_iterator(folder, unreadable)) {
     const std::string path = (fs::path(folder) / entry.path().filename()).string();
     if (entry.path().filename().string().starts_with('.')) continue;  // hidden
-    if (has_format(path) && !entry.is_directory(unreadable))
+    if (has_volume_name(path) && !entry.is_directory(unreadable))
       paths.push_back(path);
     else if (foreign.empty() && !foreign_format(path).empty())
       foreign =

@@ -311,50 +311,44 @@ TextTable skipped_table(const std::vector<SkippedVariant>& skipped) {
 void write_report(const StudyResults& results, const fs::path& folder) {
   write_sections(
       folder, "results", "psivox study of " + fs::path(results.input).filename().string(),
-      {
-    {.html = first_screen(results, references(results, folder)),
-     .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
-                 command_of(results) + "\n```\n\n"},
-        {"Cheapest ways to an error",
-         "Error is the RMS over R G B A of the GPU's picture less the reference, in linear "
-         "radiance. For each error the table names the measured variant that stays below it with "
-         "the fewest field look-ups per ray, and the one with the least processor time.",
-         cheapest_table(results), Cells::words},
-        {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
-        {"Other renderers",
-         "Pictures of other renderers, through the same camera, less the reference. A picture "
-         "whose "
-         "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
-         "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
-         foreign_table(results)},
-        {"Rules by samplings",
-         "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
-         "processor time of the march over that of porter-duff in the same column.",
-         rules_table(results)},
-        {.title = "Rules", .html = rule_list(results)},
-        {"What an error takes",
-         "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
-         "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
-         "already reaches the RMS; –: no point reaches it.",
-         needs_table(results)},
-        {.title = "All numbers",
-         .html =
-             Html("<p>Times are medians, with the quartiles in parentheses. The step error is the "
-                  "march in double less the reference; the arithmetic error is the GPU's picture "
-                  "less the march in double.</p>\n") +
-             html_table(points_table(results))},
-        {"Skipped", "", skipped_table(results.skipped), Cells::words},
-        {.title = "Pictures", .html = gallery(results, folder)}, {
-      .title = "Data", .html = Html(
-                                   "<p>All numbers: <a href=\"results.csv\">results.csv</a>, <a "
-                                   "href=\"results.json\">results.json</a>. Cite as: ") +
-                               citation(results) +
-                               ".</p>
-                               "},
-      {
-        .title = "Scene", .html = Html("<pre>") + results.scene +
-                                  "</pre>
-                                  "}});
-      }
+      {{.html = first_screen(results, references(results, folder)),
+        .markdown = conclusion_text(results) + " " + eight_bits_note + "\n\n```sh\n" +
+                    command_of(results) + "\n```\n\n"},
+       {"Cheapest ways to an error",
+        "Error is the RMS over R G B A of the GPU's picture less the reference, in linear "
+        "radiance. For each error the table names the measured variant that stays below it with "
+        "the fewest field look-ups per ray, and the one with the least processor time.",
+        cheapest_table(results), Cells::words},
+       {.title = "Plots", .text = clock_note(results), .html = plots(results, folder)},
+       {"Other renderers",
+        "Pictures of other renderers, through the same camera, less the reference. A picture "
+        "whose "
+        "alpha is 1 everywhere is compared in R G B, over the scene's background or black; the "
+        "others in R G B A, premultiplied. Times are as given: psivox did not measure them.",
+        foreign_table(results)},
+       {"Rules by samplings",
+        "Each cell has the RMS over R G B A against the reference and, in parentheses, the "
+        "processor time of the march over that of porter-duff in the same column.",
+        rules_table(results)},
+       {.title = "Rules", .html = rule_list(results)},
+       {"What an error takes",
+        "Each cell has the field look-ups per ray and the processor time of the march at an RMS, "
+        "interpolated between measured points linearly in the logarithms. ≤: the coarsest point "
+        "already reaches the RMS; –: no point reaches it.",
+        needs_table(results)},
+       {.title = "All numbers",
+        .html =
+            Html("<p>Times are medians, with the quartiles in parentheses. The step error is the "
+                 "march in double less the reference; the arithmetic error is the GPU's picture "
+                 "less the march in double.</p>\n") +
+            html_table(points_table(results))},
+       {"Skipped", "", skipped_table(results.skipped), Cells::words},
+       {.title = "Pictures", .html = gallery(results, folder)},
+       {.title = "Data",
+        .html = Html("<p>All numbers: <a href=\"results.csv\">results.csv</a>, <a "
+                     "href=\"results.json\">results.json</a>. Cite as: ") +
+                citation(results) + ".</p>\n"},
+       {.title = "Scene", .html = Html("<pre>") + results.scene + "</pre>\n"}});
+}
 
-    }  // namespace psivox
+}  // namespace psivox

@@ -125,8 +125,8 @@ PSIVOX_PACK(LeavesAnswer, values, survey)
 
 inline void describe(guard::Codec& codec, FieldFacts& facts) {
   auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
-         active_range, stored_range, percentiles, width, leaves, tiles, array, storage, origin,
-         reader, survey, replaced, notices] = facts.field;
+         active_range, stored_range, percentiles, width, scale, leaves, tiles, array, storage,
+         origin, reader, survey, replaced, notices] = facts.field;
   codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
         active_range, stored_range, percentiles, width, survey, replaced, notices);
   codec(facts.leaves, facts.tiles, facts.same_values, facts.bytes, facts.active_tiles);

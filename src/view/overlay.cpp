@@ -2,10 +2,9 @@
 
 #include <imgui.h>
 
-#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <map>
-#include <vector>
 
 #include "base/text.h"
 #include "image/srgb_codes.h"
@@ -30,12 +29,15 @@ void write(const glm::dvec2& place, const glm::dvec2& away, const std::string& t
   ImGui::GetBackgroundDrawList()->AddText(pixel_at(place + away * half - half), ink, text.c_str());
 }
 
-/// The scale's colours as sRGB codes of the window's display, R G B.
-std::vector<std::uint8_t> codes_of(const ColorScale& scale, const Display& display) {
-  std::vector<float> rgba;
-  for (const glm::dvec3& color : scale.colors)
-    for (const double light : {color.r, color.g, color.b, 1.0}) rgba.push_back(float(light));
-  return image_io::srgb_codes<std::uint8_t>(rgba, 3, display);
+/// A colour as the window's display shows it, but for a view of OpenColorIO.
+ImU32 shown(const glm::dvec3& color, const Display& display) {
+  int codes[3];
+  for (int c = 0; c < 3; ++c) {
+    const auto radiance = float(color[c] * display.factor());
+    const float light = image_io::clamped(display_light(radiance, display.tone_map));
+    codes[c] = int(std::lround(255 * srgb_from_linear(light)));
+  }
+  return IM_COL32(codes[0], codes[1], codes[2], 255);
 }
 
 }  // namespace
@@ -45,7 +47,6 @@ void draw_color_bar(const Viewer& viewer) {
   const ColorScale& scale = *viewer.volume()->colors;
   Display display = display_of(viewer.scene());
   display.exposure = viewer.exposure();
-  const std::vector<std::uint8_t> codes = codes_of(scale, display);
   const ImVec2 window = ImGui::GetIO().DisplaySize;
   const double s = viewer.gui().scale(), width = 14 * s, height = 0.5 * double(window.y);
   const glm::dvec2 corner(double(window.x) - 90 * s, 0.25 * double(window.y));
@@ -53,9 +54,8 @@ void draw_color_bar(const Viewer& viewer) {
   const double rows = double(scale.colors.size());
   for (std::size_t i = 0; i < scale.colors.size(); ++i) {
     const double bottom = corner.y + height * (1 - double(i) / rows);
-    const std::uint8_t* rgb = &codes[3 * i];
     list.AddRectFilled(pixel_at({corner.x, bottom - height / rows - 1}),
-                       pixel_at({corner.x + width, bottom}), IM_COL32(rgb[0], rgb[1], rgb[2], 255));
+                       pixel_at({corner.x + width, bottom}), shown(scale.colors[i], display));
   }
   write(corner - glm::dvec2(0, 6 * s), {1, -1}, scale.title);
   for (const double value : bar_values(scale)) {
