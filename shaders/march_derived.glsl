@@ -36,6 +36,9 @@ DERIVED(bool, from_corners, (cell_rule || depth_only || transfer) && integrates 
 // The next cell computes the value at its front from its own corners.
 DERIVED(bool, front_is_free, from_corners && (nearest || cell_rule || (depth_only && !transfer)))
 
+// A value of all that the ray passes, vacuum too.
+DERIVED(bool, sees_all, mode == MODE_minip || mode == MODE_mean)
+
 // The ray remembers a place: of a transmittance of 1/2, a maximum or a surface.
 DERIVED(bool, keeps_depth, find_depth || !integrates)
 

@@ -66,7 +66,8 @@ March begin_march(Ray ray) {
   m.vacuum = false;
   m.own = true;
   m.interval = 0;
-  m.radiance = real3(shows == SHOWS_value && mode != MODE_mean ? UNKNOWN : real(0.0));
+  m.radiance = real3(real(0.0));
+  if (shows == SHOWS_value && mode != MODE_mean) m.radiance.x = UNKNOWN;
   m.radiance_lost = real3(real(0.0));
   m.optical_depth = real(0.0);
   m.lost = real(0.0);

@@ -194,6 +194,20 @@ TEST(PixelSample, IsStratifiedForAnyCount) {
   }
 }
 
+TEST(DefaultCamera, FramesABoxThatIsDrawnWithRoomForItsNumbers) {
+  Scene scene;
+  scene.box = true;
+  const glm::dmat4 to_picture = camera_matrices(camera_for(scene)).world_to_ndc;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec4 at =
+        to_picture * glm::dvec4(i & 1 ? 5 : -1, i & 2 ? 4 : -2, i & 4 ? 9 : -3, 1);
+    for (int axis = 0; axis < 2; ++axis) {
+      EXPECT_GT(at[axis] / at.w, 0.03);  // of the picture's width or height
+      EXPECT_LT(at[axis] / at.w, 0.97);
+    }
+  }
+}
+
 TEST(WorldBounds, HoldTheDomainOfARotatedGrid) {
   const glm::dmat4 turn = glm::rotate(glm::dmat4(1), pi / 4, glm::dvec3(0, 0, 1));
   const Field field = make_field(

@@ -58,7 +58,7 @@ base error
 colour
 team team
 guard
-field field
+field field value_scale
 scan
 vdb vdb
 trees

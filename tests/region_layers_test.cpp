@@ -86,7 +86,7 @@ TEST(RegionLayers, EqualThoseOfTheWhole) {
         if (mode == Mode::lmip) scene.lmip_threshold = 0.2;
         std::printf("%s, %d samples, by %s\n", name, samples, description(*marcher).c_str());
         const Both both = drawn(scene, *marcher);
-        expect_depths(both);
+        if (mode != Mode::mean) expect_depths(both);  // a mean is nowhere
         expect_counts(both, mode != Mode::alpha && mode != Mode::xray);
       }
 }

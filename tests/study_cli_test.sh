@@ -40,8 +40,9 @@ sentence=$(grep -m 1 -o '<p class="conclusion">.*</p>' whole/index.html | sed 's
 grep -q '^For 8 bits use .* look-ups a ray' <<<"$sentence" || fail "index.html concludes: $sentence"
 grep -A 1 '^<h1>' whole/index.html | grep -qF 'class="conclusion"' || fail "the conclusion is not first"
 tr -d '\`' <whole/results.json | grep -qF "$sentence" || fail "results.json has no '$sentence'"
-# Links lead to files beside it: the plots' SVGs, and the page that turns.
-grep -oE ' (src|href)="[^"]{0,9}|url\(' whole/index.html | grep -vE '"data:|href="(error-|turning\.)' && fail "index.html asks for files"
+# Links lead to files beside it (the plots' SVGs, the page that turns, the numbers) and to papers.
+grep -oE ' (src|href)="[^"]{0,9}|url\(' whole/index.html |
+  grep -vE '"data:|href="(error-|turning\.|results\.c|results\.j|https://d)' && fail "index.html asks for files"
 
 # --- resuming ----------------------------------------------------------------------------------
 run 2 "--resume" "${sweep[@]}" -o whole

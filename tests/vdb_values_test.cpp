@@ -196,6 +196,20 @@ TEST(VdbValues, FillValuesAreNoData) {
   EXPECT_EQ(read(7, 1, GridRole::data, {.fill = false, .fill_value = 7.0f}).replaced.filled, 100u);
 }
 
+TEST(VdbValues, InfoCountsFillValuesApart) {
+  for (const float fill : {-3024.0f, -std::numeric_limits<float>::max()}) {
+    const auto grid = named<FloatGrid>("x");
+    for (int i = 0; i < 1000; ++i)
+      grid->tree().setValue(Coord(i / 100, i / 10 % 10, i % 10), i < 100 ? fill : float(i));
+    const GridInfo row = VdbFile(write_vdb({grid})).info().at(0);
+    EXPECT_EQ(row.values->least, 100);
+    EXPECT_EQ(row.values->greatest, 999);
+    EXPECT_NEAR(row.values->mean, 549.5, 1e-9);  // rounding of a thousand sums
+    EXPECT_EQ(row.values->filled, 100u);
+    EXPECT_EQ(row.values->fill, double(fill));
+  }
+}
+
 TEST(VdbValues, InfinityAloneBecomesOne) {
   auto grid = named<openvdb::DoubleGrid>("x");
   grid->tree().setValue(Coord(0), std::numeric_limits<double>::infinity());

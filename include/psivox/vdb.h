@@ -18,6 +18,8 @@ struct ValueStatistics {
   double least = 0, greatest = 0;
   double mean = 0;               ///< over voxels; a tile counts with all of its own
   std::uint64_t not_finite = 0;  ///< voxels with NaN or infinity, which are left out
+  std::uint64_t filled = 0;      ///< voxels with a fill value, which are left out, too
+  double fill = 0;               ///< that value, if there are any
 };
 
 /// Information about one grid of a file. `problem` is empty if the grid can be rendered.

@@ -1,6 +1,7 @@
 // The greatest value of a ray (mip), its first local maximum of at least a threshold (lmip), its least
 // (minip), or their mean. The ray keeps the value in radiance.x, below 0 where the least is sought, and its
-// place in half_depth; of the mean it keeps the integral in x and the length in y.
+// place in half_depth; of the mean it keeps the integral in x. Of both the length met is in y, that of absent
+// values in z.
 
 // Looks at a value. LMIP ends where values fall behind a maximum that reaches the threshold. What
 // rounding makes of a plateau, or of a value seen from both sides of a face, is no fall (least_value).
@@ -16,18 +17,19 @@ void see_value(INOUT(March) m, real of, real t) {
   }
 }
 
+// Counts a piece, and adds its mean.
 void add_mean(INOUT(March) m, real mean, real length) {
   if (!m.own) return;
-  m.radiance.x += mean * length;
   m.radiance.y += length;
+  if (!(mean > UNKNOWN)) m.radiance.z += length;
+  else if (mode == MODE_mean) m.radiance.x += mean * length;
 }
 
 // A piece of a cell: its greatest value is at its ends or where its cubic turns.
 void value_cell(INOUT(March) m, Cubic value, real t_back) {
   real length = t_back - m.t;
-  if (mode == MODE_mean) {
-    if (value.f_0 > UNKNOWN) add_mean(m, antiderivative(value, real(1.0)), length);
-  } else {
+  if (sees_all) add_mean(m, value.f_0 > UNKNOWN ? antiderivative(value, real(1.0)) : UNKNOWN, length);
+  if (mode != MODE_mean) {
     Turns turn = turning_points(value);
     see_value(m, value.f_0, m.t);
     see_value(m, polynomial(value, turn.first), m.t + turn.first * length);
@@ -40,10 +42,9 @@ void value_cell(INOUT(March) m, Cubic value, real t_back) {
 
 // A step, by the values at its ends.
 void value_step(INOUT(March) m, real back, real t_back) {
-  if (mode == MODE_mean) {
-    real sum = m.front.value > UNKNOWN && back > UNKNOWN ? m.front.value + back : UNKNOWN;
-    if (sum > UNKNOWN) add_mean(m, real(0.5) * sum, t_back - m.t);
-  } else {
+  bool known = m.front.value > UNKNOWN && back > UNKNOWN;
+  if (sees_all) add_mean(m, known ? real(0.5) * (m.front.value + back) : UNKNOWN, t_back - m.t);
+  if (mode != MODE_mean) {
     see_value(m, m.front.value, m.t);
     see_value(m, back, t_back);
   }
@@ -53,13 +54,13 @@ void value_step(INOUT(March) m, real back, real t_back) {
 
 // The value that a ray has met.
 real value_of(IN(March) m) {
-  if (mode == MODE_mean) return m.radiance.x / max(m.radiance.y, real(1e-37));
+  if (mode == MODE_mean) return m.radiance.x / max(m.radiance.y - m.radiance.z, real(1e-37));
   return mode == MODE_minip ? -m.radiance.x : m.radiance.x;
 }
 
 // Whether the ray has met a value, and one that attenuates. What rounding makes of 0 is 0.
 bool has_value(IN(March) m) {
-  if (!((mode == MODE_mean ? m.radiance.y : m.radiance.x - UNKNOWN) > real(0.0))) return false;
+  if (!((mode == MODE_mean ? m.radiance.y - m.radiance.z : m.radiance.x - UNKNOWN) > real(0.0))) return false;
   real value = abs(value_of(m)) < least_value ? real(0.0) : value_of(m);
   return (transfer ? classify(value).attenuation : value) > real(0.0);
 }
@@ -71,10 +72,12 @@ real4 value_picture(IN(March) m) {
   return real4(color * shown, real(1.0));
 }
 
-// The value, and 1 if LMIP ended there or the length of a mean. The ray is the one marched: made again,
-// its end might differ by rounding.
+// The value, and 1 if LMIP ended there. Of all that a ray passes: a mean's absent length or what a least
+// value has met, and the ray's length, as what no region meets is vacuum. The ray is the one marched: made
+// again, its end might differ by rounding.
 real4 value_collected(IN(March) m, Ray ray) {
+  real length = mode == MODE_mean ? m.radiance.z : m.radiance.y;
+  if (sees_all) return real4(m.radiance.x, length, max(ray.end - ray.begin, real(0.0)), real(0.0));
   bool found = mode == MODE_lmip && m.done && m.t < ray.end;
-  real behind = mode == MODE_mean ? m.radiance.y : real(found ? 1.0 : 0.0);
-  return real4(m.radiance.x, behind, real(0.0), real(0.0));
+  return real4(m.radiance.x, real(found ? 1.0 : 0.0), real(0.0), real(0.0));
 }

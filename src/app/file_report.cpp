@@ -70,7 +70,8 @@ Json to_json(const GridReport& row) {
     out["values"] = {{"least", grid.values->least},
                      {"greatest", grid.values->greatest},
                      {"mean", grid.values->mean},
-                     {"not_finite", grid.values->not_finite}};
+                     {"not_finite", grid.values->not_finite},
+                     {"filled", grid.values->filled}};
   const Box& box = grid.active_box;
   out["active_box"] = box.empty() ? Json(nullptr) : box_json(box.min, box.max);
   out["world_box"] = box.empty() ? Json(nullptr) : box_json(grid.world_min, grid.world_max);
@@ -132,6 +133,7 @@ std::string range_text(const GridInfo& grid) {
   out << (grid.channels == 3 ? "lengths " : "") << values.least << " to " << values.greatest
       << ", mean " << values.mean;
   if (values.not_finite > 0) out << ", " << values.not_finite << " not finite";
+  if (values.filled > 0) out << ", " << values.filled << " of " << values.fill << " are no data";
   return out.str();
 }
 

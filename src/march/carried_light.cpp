@@ -17,10 +17,13 @@ namespace psivox {
 struct RayFold::Maxima {
   explicit Maxima(const View& view) : setup(make_march_setup(view, none)), march(setup, none) {}
 
-  glm::dvec4 picture(const glm::dvec4& collected) {
+  glm::dvec4 picture(const glm::dvec4& collected, Mode mode) {
     glsl::AtlasMarch::March ray{};
-    ray.radiance.x = collected.x;
-    ray.radiance.y = collected.y;
+    constexpr double rounding = 1e-5;  // of the sum of pieces in float32
+    ray.radiance = {collected.x, collected.z, collected.y};
+    // 0 is the least value of what is not stored
+    if (mode == Mode::minip && collected.z - collected.y > rounding * collected.z)
+      ray.radiance.x = std::max(ray.radiance.x, 0.0);
     return march.picture(ray, {});
   }
 
@@ -29,22 +32,21 @@ struct RayFold::Maxima {
   glsl::AtlasMarch march;
 };
 
-RayFold::RayFold(const View& view) : shows_(info(view.scene.mode).shows) {
+RayFold::RayFold(const View& view) : mode_(view.scene.mode), shows_(info(mode_).shows) {
   if (shows_ == Shows::value) maxima_ = std::make_shared<Maxima>(view);
-  first_maximum_ = view.scene.mode == Mode::lmip;
-  mean_ = view.scene.mode == Mode::mean;
   if (shows_ == Shows::light) least_ = view.scene.resolved_early_termination();
 }
 
 glm::dvec4 RayFold::nothing() const {
   if (!maxima_) return {0, 0, 0, 1};
-  return {mean_ ? 0 : maxima_->march.UNKNOWN, 0, 0, 0};
+  return {mode_ == Mode::mean ? 0 : maxima_->march.UNKNOWN, 0, 0, 0};
 }
 
 void RayFold::add_behind(glm::dvec4& ray, const glm::dvec4& behind) const {
   if (ended(ray)) return;
-  if (mean_) {
-    ray += behind;
+  if (mode_ == Mode::minip || mode_ == Mode::mean) {
+    ray = {mode_ == Mode::mean ? ray.x + behind.x : std::max(ray.x, behind.x), ray.y + behind.y,
+           std::max(ray.z, behind.z), 0};
     return;
   }
   if (maxima_) {
@@ -58,17 +60,17 @@ void RayFold::add_behind(glm::dvec4& ray, const glm::dvec4& behind) const {
 
 float RayFold::depth(const glm::dvec4& ray, float own, const glm::dvec4& behind,
                      float others) const {
-  if (maxima_) return ray.y == 0 && behind.x > ray.x ? others : own;
+  if (maxima_) return !ended(ray) && behind.x > ray.x ? others : own;
   return std::isfinite(own) ? own : others;
 }
 
 bool RayFold::ended(const glm::dvec4& ray) const {
-  if (maxima_) return first_maximum_ && ray.y > 0;
+  if (maxima_) return mode_ == Mode::lmip && ray.y > 0;
   return shows_ != Shows::depth && ray.a <= least_;
 }
 
 glm::dvec4 RayFold::picture(const glm::dvec4& ray) const {
-  if (maxima_) return maxima_->picture(ray);
+  if (maxima_) return maxima_->picture(ray, mode_);
   return {glm::dvec3(ray), 1 - ray.a};
 }
 

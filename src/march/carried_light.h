@@ -34,7 +34,7 @@ class RayFold {
   /// Whether a ray of the whole would have ended: nothing behind is in its picture.
   bool ended(const glm::dvec4& ray) const;
   /// Whether rays end by what they have passed (RenderOptions::passed).
-  bool ends_by_passed() const { return least_ > 0 || first_maximum_; }
+  bool ends_by_passed() const { return least_ > 0 || mode_ == Mode::lmip; }
   /// What a ray has passed: an optical depth, or a value.
   double passed(const glm::dvec4& ray) const;
   /// The transmittance below which rays end; 0: they do not end by it.
@@ -48,10 +48,9 @@ class RayFold {
 
  private:
   struct Maxima;
+  Mode mode_;
   Shows shows_;
   double least_ = 0;
-  bool first_maximum_ = false;      ///< of a ray's maxima, not the greatest
-  bool mean_ = false;               ///< integrals and lengths add up
   std::shared_ptr<Maxima> maxima_;  ///< null if the mode shows no value
 };
 

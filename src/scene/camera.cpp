@@ -55,11 +55,14 @@ glm::dvec3 facing(const Scene& scene, const glm::dvec3& from_front) {
   return glm::dot(normal, from_front) > 1e-9 ? normal : -normal;
 }
 
-/// What of the subject the default camera frames. A slice shows the whole domain.
+/// What of the subject the default camera frames. A slice shows the whole domain, and so does a
+/// box, with room for its numbers.
 Subject framed_subject(const Scene& scene, const Subject& whole) {
   Subject subject = whole;
-  if (scene.shows(Shows::plane)) {
-    subject = box_subject(whole.box_min, whole.box_max);
+  if (scene.shows(Shows::plane) || scene.box) {
+    constexpr double beside_box = 0.08;  // of the box's size, on each side
+    const glm::dvec3 room = (scene.box ? beside_box : 0) * (whole.box_max - whole.box_min);
+    subject = box_subject(whole.box_min - room, whole.box_max + room);
     subject.z_up = whole.z_up;
   }
   const std::vector<HalfSpace> clip = clip_of(scene);

@@ -137,7 +137,7 @@ inline void describe(guard::Codec& codec, FieldFacts& facts) {
 // A Codec finds these in the namespace of their structs.
 namespace psivox {
 
-PSIVOX_PACK(ValueStatistics, least, greatest, mean, not_finite)
+PSIVOX_PACK(ValueStatistics, least, greatest, mean, not_finite, filled, fill)
 PSIVOX_PACK(GridInfo, name, type, value_type, grid_class, channels, half, active, leaves, tiles,
             box, size, transform, map, background, values_read, values, lo, hi, metadata, problem)
 PSIVOX_PACK(GridContent, active_voxels, nothing)

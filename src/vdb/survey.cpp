@@ -189,19 +189,7 @@ bool all_good(std::span<const float> values, GridRole role, bool infinite, bool 
   return std::ranges::all_of(values, good);
 }
 
-void Statistics::add(double value, std::uint64_t count) {
-  if (!std::isfinite(value)) {
-    not_finite += count;
-    return;
-  }
-  least = std::min(least, value);
-  greatest = std::max(greatest, value);
-  voxels += static_cast<double>(count);
-  mean += (value - mean) * static_cast<double>(count) / voxels;
-}
-
-void Statistics::add(const Statistics& other) {
-  not_finite += other.not_finite;
+void Moments::add(const Moments& other) {
   if (other.voxels == 0) return;
   least = std::min(least, other.least);
   greatest = std::max(greatest, other.greatest);
@@ -209,9 +197,39 @@ void Statistics::add(const Statistics& other) {
   mean += (other.mean - mean) * other.voxels / voxels;
 }
 
+void Statistics::add(double value, std::uint64_t count) {
+  if (std::isfinite(value))
+    (std::abs(value) < double(ValueEnds::huge) ? values : huge)
+        .add({value, value, value, double(count)});
+  else
+    not_finite += count;
+}
+
+void Statistics::add(const Statistics& other) {
+  values.add(other.values);
+  huge.add(other.huge);
+  ends = ends + other.ends;
+  not_finite += other.not_finite;
+}
+
 std::optional<ValueStatistics> Statistics::all() const {
-  if (voxels == 0) return std::nullopt;
-  return ValueStatistics{least, greatest, mean, not_finite};
+  const Fill fill = ends.fill(std::uint64_t(values.voxels + huge.voxels));
+  Moments kept = values, filled;
+  (fill.is_fill(ends.huge_greatest) ? filled : kept).add(huge);
+  if (fill.low == ends.least) {
+    const Moments padding{ends.least, ends.least, ends.least, double(ends.count)};
+    kept.mean += (kept.mean - padding.mean) * padding.voxels / (kept.voxels - padding.voxels);
+    kept.voxels -= padding.voxels;
+    kept.least = ends.next;
+    filled.add(padding);
+  }
+  if (kept.voxels == 0) return std::nullopt;
+  return ValueStatistics{kept.least,
+                         kept.greatest,
+                         kept.mean,
+                         not_finite,
+                         std::uint64_t(filled.voxels),
+                         filled.voxels > 0 ? filled.least : 0};
 }
 
 GridContent content_of(std::uint64_t active_voxels, bool has_value) {

@@ -119,9 +119,16 @@ void replace_infinite(float* values, std::size_t count, float largest);
 
 // What `psivox info` says of a grid, whatever it is read from.
 
+/// Ends and mean of values.
+struct Moments {
+  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
+  void add(const Moments& other);
+};
+
 /// Statistics of active values that add up; of lengths, if there are vectors.
 struct Statistics {
-  double least = std::numeric_limits<double>::infinity(), greatest = -least, mean = 0, voxels = 0;
+  Moments values, huge;  ///< huge: from ValueEnds::huge on, which may be fill values
+  ValueEnds ends;        ///< of scalars
   std::uint64_t not_finite = 0;
 
   void add(double value, std::uint64_t count);
@@ -132,6 +139,7 @@ struct Statistics {
     add(channels == 1 ? double(*value)
                       : std::hypot(double(value[0]), double(value[1]), double(value[2])),
         count);
+    if (channels == 1) ends.add(float(*value), count);
   }
   /// The active values of a leaf.
   template <typename Number>

@@ -80,7 +80,7 @@ TransferEditor::~TransferEditor() {
 
 void TransferEditor::take(const Volume& volume, const Scene& scene) {
   if (dragging_ || sliding_ || taken_from_ == volume.key ||
-      (edits_ > 0 && volume.scene.transfer_function == own_file()))
+      (edits_ > 0 && scene.transfer_function == own_file()))
     return;
   taken_from_ = volume.key;
   scale_ = volume.fields.density->scale;
