@@ -41,8 +41,7 @@ class Shaders : public ShaderTest {
 
 TEST_F(Shaders, TheFolderReplacesTheEmbeddedOnes) {
   const Image copied = picture(view());
-  edit("march.frag", "out_picture = drawn(m, ray);",
-       "out_picture = vec4(0.25, 0.5, 0.75, 1.0);");
+  edit("march.frag", "out_picture = drawn(m, ray);", "out_picture = vec4(0.25, 0.5, 0.75, 1.0);");
   const Image edited = picture(view());
   EXPECT_EQ(pixel(edited, 3, 4, 0), 0.25f);
   EXPECT_EQ(pixel(edited, 3, 4, 2), 0.75f);
