@@ -568,6 +568,12 @@ if "$program" compare a.exr b.exr --width 3 2>&1 | grep -q resolution; then
 fi
 t 3 "it has 'temperature' 'density' 'color'" render "$S" -o a.exr --grid tempreature
 t 0 "\"isovalue\": [" render "$S" --print-scene --isovalue 0.2 --mode isosurface --isovalue 0.5
+{  # a CT: bone in tissue in air
+  printf 'NRRD0004\ntype: short\ndimension: 3\nsizes: 12 12 12\nencoding: ascii\n\n'
+  awk 'BEGIN { for (i = 0; i < 1728; ++i) { x = i % 12 - 6; y = int(i / 12) % 12 - 6; z = int(i / 144) - 6
+    r = x * x + y * y + z * z; print r < 4 ? 900 + i % 7 : r < 20 ? 40 + i % 9 : -1000 + i % 5 } }'
+} >ct.nrrd
+t 0 "chosen by auto; --isovalue 300 shows bone" render ct.nrrd -o a.exr --mode isosurface --resolution 32x32
 t 0 "isovalue 0.254" render "$S" -o a.exr --mode isosurface --resolution 32x32
 # What leaves the program: exposure, tone map, clipped pixels, and pictures that show nothing.
 t 0 '"clipped_pixels": 0' render "$S" -o a.png --stats - $R

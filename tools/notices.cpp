@@ -7,12 +7,25 @@
 #include <utility>
 
 #include "base/text.h"
+#include "field/value_range.h"
 #include "psivox/parameters.h"
 
 namespace psivox {
 namespace {
 
 constexpr int bar_width = 40;
+
+/// The surface that a CT has besides one at this value, as the rest of a sentence; empty for what
+/// is no CT in Hounsfield units, from air to bone. Skin is between air (-1000) and fat (-100), bone
+/// above soft tissue (60) and blood with a contrast agent (250).
+std::string other_surface(const Field& density, double isovalue) {
+  constexpr double air = -800, dense = 500;
+  const glm::dvec2 range = active_range(density);
+  if (!density.scale.is_linear() || range.x > air || range.x < 4 * air || range.y < dense ||
+      range.y > 10 * dense)
+    return "";
+  return isovalue < 0 ? "; --isovalue 300 shows bone" : "; --isovalue -300 shows skin";
+}
 
 }  // namespace
 
@@ -58,14 +71,16 @@ void print_choices(const OpenedScene& opened, bool to_copy) {
   print_notices(notices_of(view));
   if (scene.up_axis == UpAxis::automatic && !scene.camera_up && !view.subject->z_up.empty())
     print_notice("Z is up (" + view.subject->z_up + "); --up-axis y changes that");
-  const auto print_choice = [&](const char* name, double value) {
+  const auto print_choice = [&](const char* name, double value, const std::string& others = "") {
     print_notice((to_copy ? "--" + std::string(name) + "=" + number_text(value)
                           : name + formatted(" %.3g", value)) +
-                 ", chosen by auto");
+                 ", chosen by auto" + others);
   };
   if (!scene.extinction && scene.attenuates()) print_choice("extinction", *view.scene.extinction);
-  if (scene.isovalue.empty() && scene.shows(Shows::surface))
-    print_choice("isovalue", view.scene.isovalue.front().value);
+  if (scene.isovalue.empty() && scene.shows(Shows::surface)) {
+    const double value = view.scene.isovalue.front().value;
+    print_choice("isovalue", value, other_surface(*view.medium.density, value));
+  }
 }
 
 ProgressBar::ProgressBar(bool quiet)

@@ -22,10 +22,16 @@ __asm__(
     ".global psivox_font\n"
     "psivox_font: .incbin \"" PSIVOX_FONT
     "\"\n"
+    ".hidden psivox_font_end\n"
+    ".global psivox_font_end\n"
+    "psivox_font_end:\n"
     ".previous\n");
-extern "C" const unsigned char psivox_font[];
+extern "C" const unsigned char psivox_font[], psivox_font_end[];
 
 namespace psivox::image_io {
+
+std::span<const unsigned char> font_file() { return {psivox_font, psivox_font_end}; }
+
 namespace {
 
 const stbtt_fontinfo& font() {

@@ -2,6 +2,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -9,6 +10,9 @@
 #include "psivox/image.h"
 
 namespace psivox::image_io {
+
+/// DejaVu Sans as a TrueType file.
+std::span<const unsigned char> font_file();
 
 /// One line of text as coverage, 0 to 1, row by row from the top.
 struct TextPicture {

@@ -8,8 +8,10 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <span>
 
 #include "base/terminal.h"
+#include "image/canvas.h"
 
 namespace psivox::view {
 namespace {
@@ -87,11 +89,14 @@ Gui::Gui(Window& window) {
 void Gui::set_scale(double scale) {
   scale_ = scale;
   places_panels_ = true;
+  constexpr double letters = 13;  // [pixels]
   ImFontConfig font;
-  font.SizePixels = float(std::round(13 * scale));
+  font.FontDataOwnedByAtlas = false;
+  const std::span<const unsigned char> file = image_io::font_file();
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   fonts.Clear();
-  fonts.AddFontDefault(&font);
+  fonts.AddFontFromMemoryTTF(const_cast<unsigned char*>(file.data()), int(file.size()),
+                             float(std::round(letters * scale)), &font);
   ImGuiStyle& style = ImGui::GetStyle();
   style = ImGuiStyle();
   ImGui::StyleColorsDark();
