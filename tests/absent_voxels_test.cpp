@@ -67,6 +67,8 @@ TEST_F(AbsentVoxels, AreVacuumToEveryMode) {
       {{"opacity", "0:1,1:1"}, {"texel", "code7"}},
       {{"mode", "mip"}, {"range", "-100,0"}},
       {{"mode", "lmip"}, {"range", "-100,0"}, {"lmip-threshold", "-50"}},
+      {{"mode", "minip"}, {"range", "-100,0"}},
+      {{"mode", "mean"}, {"range", "-100,0"}},
       {{"mode", "isosurface"}, {"isovalue", "-60"}},
       {{"mode", "xray"}, {"opacity", "0:1,1:1"}},
       {{"mode", "slice"}, {"colormap", "viridis"}}};

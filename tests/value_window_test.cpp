@@ -26,10 +26,10 @@ std::shared_ptr<const Field> ramp() {
   return std::make_shared<const Field>(std::move(field));
 }
 
-View view_with(std::vector<Setting> settings) {
+View view_with(std::vector<Setting> settings, std::shared_ptr<const Field> density = ramp()) {
   Scene scene;
   apply_over(scene, settings);
-  return make_view(scene, ramp(), nullptr);
+  return make_view(scene, std::move(density), nullptr);
 }
 
 TEST(ValuePercentile, IsThatOfSortedValues) {
@@ -115,14 +115,8 @@ std::shared_ptr<const Field> decades() {
   return std::make_shared<const Field>(std::move(field));
 }
 
-View decades_with(std::vector<Setting> settings) {
-  Scene scene;
-  apply_over(scene, settings);
-  return make_view(scene, decades(), nullptr);
-}
-
 TEST(ValueScale, LogarithmsAreTakenAtVoxelsAndOptionsStayInTheFilesValues) {
-  const View view = decades_with({{"value-scale", "log"}, {"opacity", "0:0,1:1"}});
+  const View view = view_with({{"value-scale", "log"}, {"opacity", "0:0,1:1"}}, decades());
   EXPECT_NEAR(view.scene.range->ends.x, 1e-3, 1e-9);
   EXPECT_NEAR(view.scene.range->ends.y, 1e4, 1e-2);
   const Field& field = *view.medium.density;
@@ -130,11 +124,11 @@ TEST(ValueScale, LogarithmsAreTakenAtVoxelsAndOptionsStayInTheFilesValues) {
   EXPECT_NEAR(stored_range(field).y, 7, 1e-6);
   EXPECT_NEAR(view.medium.transfer->at(3.5).attenuation, 0.5, 1e-6);
   const View some =
-      decades_with({{"value-scale", "log"}, {"colormap", "gray"}, {"range", "0.1,1000"}});
+      view_with({{"value-scale", "log"}, {"colormap", "gray"}, {"range", "0.1,1000"}}, decades());
   EXPECT_EQ(some.scene.range, glm::dvec2(0.1, 1000));
   EXPECT_NEAR(some.medium.transfer->at(4).color.x, colormap_color(Colormap::gray, 0.5).x, 2e-3);
   EXPECT_NEAR(some.medium.transfer->at(4).attenuation, 4, 1e-6);
-  const View surface = decades_with({{"value-scale", "log"}, {"mode", "isosurface"}});
+  const View surface = view_with({{"value-scale", "log"}, {"mode", "isosurface"}}, decades());
   EXPECT_NEAR(surface.scene.isovalue.front().value, std::sqrt(10), 1e-3);  // Otsu's: the middle
   EXPECT_NEAR(surface.medium.surfaces.front().isovalue, 3.5, 1e-4);
   const View again = make_view(scene_from_json(to_json(view.scene)), decades(), nullptr);
@@ -142,13 +136,15 @@ TEST(ValueScale, LogarithmsAreTakenAtVoxelsAndOptionsStayInTheFilesValues) {
 }
 
 TEST(ValueScale, SymlogKeepsTheSignAndIsLinearNearZero) {
-  const View view = decades_with({{"value-scale", "symlog:0.01"}, {"opacity", "0:1,0.5:0,1:1"}});
+  const View view =
+      view_with({{"value-scale", "symlog:0.01"}, {"opacity", "0:1,0.5:0,1:1"}}, decades());
   const ValueScale& scale = view.medium.density->scale;
   EXPECT_NEAR(scale.scaled(-5), -std::log10(501), 1e-12);
   EXPECT_NEAR(scale.scaled(1e-5) / 1e-5, 100 / std::log(10), 0.1);
   for (const double v : {-7.0, -1e-3, 0.0, 1e-8, 3e4})
     EXPECT_NEAR(scale.value_of(scale.scaled(v)), v, 1e-12 * std::abs(v));
-  EXPECT_EQ(decades_with({{"value-scale", "symlog"}}).scene.value_scale.unit, 10);  // of 10^4
+  EXPECT_EQ(view_with({{"value-scale", "symlog"}}, decades()).scene.value_scale.unit,
+            10);  // of 10^4
 }
 
 TEST(ValueScale, PointsOfAFunctionFileAreValuesOfTheFile) {

@@ -43,10 +43,6 @@ const stbtt_fontinfo& font() {
   return info;
 }
 
-}  // namespace
-
-namespace {
-
 /// The characters of a text in UTF-8; bytes that are none stand for themselves.
 std::vector<int> characters(std::string_view text) {
   std::vector<int> all;

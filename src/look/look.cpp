@@ -328,7 +328,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   const bool by_itself = result.look == "auto";
   if (by_itself) {
     file.check_whole();
-    const bool surface = scene.shows(Shows::surface) || !scene.isovalue.empty();
+    const bool surface = is_of_surface(scene);
     if (!surface && parts.allowed && stays_in_file(scene, fields))
       result.dark_because =
           "its values stay in the file, and a look needs them in memory; a larger --memory-limit "
