@@ -197,5 +197,22 @@ TEST_F(AbsentVoxels, LabelsAreAllSeenAndNeverBetween) {
   }
 }
 
+/// A function of one's own does not interpolate them either, unless it is asked to.
+TEST(Labels, AreNearestUnderAFunction) {
+  const auto file = array_of([](const glm::dvec3& p) {  // 27 of them
+    const glm::ivec3 place(1.4999 * (p + 1.0));
+    return float(1 + place.x + 3 * place.y + 9 * place.z);
+  });
+  const auto classification = [&](std::vector<Setting> settings) {
+    Scene scene;
+    settings.push_back({"transfer-function", PSIVOX_ASSETS "/shells.json"});
+    for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);
+    return with_look(scene, *file, "auto").scene.classification;
+  };
+  EXPECT_EQ(classification({}), Classification::nearest);
+  EXPECT_EQ(classification({{"mode", "slice"}}), Classification::nearest);
+  EXPECT_EQ(classification({{"classification", "post"}}), Classification::post);
+}
+
 }  // namespace
 }  // namespace psivox

@@ -649,6 +649,24 @@ advised "makes all of it white; --exposure auto" "--exposure auto" "$S" -o a.png
   --exposure 30
 advised "narrower than a pixel; --zoom" '--zoom "$(sed -n "s/.*--zoom \([0-9.e+]*\) enlarges.*/\1/p" printed.txt)"' \
   "$S" -o a.exr --camera-position 1,2,3e6 --camera-target 13,12,12
+for picture in a.png a.exr; do
+  advised "its brightest light is 9.8e-07; --exposure auto" "--exposure auto" "$S" -o $picture --luminance 1e-6,0,0
+done
+advised "covers more than 9.1e-07 of a pixel; a larger --extinction" "--extinction 1" "$S" -o a.exr --look plain \
+  --extinction 1e-6
+advised "what is seen is as bright as --background 0.1,0.1,0.1; --background white" "--background white" "$S" \
+  -o a.png --look plain --extinction 1000 --luminance 0.1,0.1,0.1 --background 0.1,0.1,0.1
+# signed distances of a ball in air, as a CT has them, some without data, and beside them nothing
+awk 'BEGIN {
+  print "NRRD0004\ntype: float\ndimension: 3\nsizes: 12 12 12\nencoding: ascii\nspace: RAS\n"
+  for (i = 0; i < 1728; ++i) {
+    x = i % 12 - 6; y = int(i / 12) % 12 - 6; z = int(i / 144) - 6
+    print x * x + y * y + z * z < 17 ? 40 + i : x < -3 && i % 2 ? -32768 : -1000 + i % 11
+  }
+}' >ball.nrrd
+advised "of -32768 values taken as no data; --fill-value none" "--fill-value none" ball.nrrd -o a.png
+advised "chosen by auto; --isovalue 300 shows bone" "--isovalue 300" ball.nrrd -o a.png --mode isosurface
+advised "Z is up (an NRRD scan of the space RAS); --up-axis y" "--up-axis y" ball.nrrd -o a.png
 without ", or give --camera-target" "$S" -o a.exr --camera-position 0,0,300 --camera-target 0,0,400
 t 0 "it is narrower than a pixel" render "$S" -o a.exr $r --zoom 1e-6
 t 0 "the picture is empty: the camera looks past the volume" render "$S" -o a.exr $r \

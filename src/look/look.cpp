@@ -185,6 +185,14 @@ bool stays_in_file(const Scene& scene, KeptFields& fields) {
   return !unknown && 2 * 48 * bytes > grid_memory(scene) && fields.of(scene).density->reader;
 }
 
+/// Labels are never interpolated where a scene has a function or a map of its own either: between 1
+/// and 200 lies no 7.
+void keep_labels(const Scene& asked, KeptFields& fields, Scene& scene) {
+  if (is_given(asked, "classification") || !scene.has_function()) return;
+  const Field& density = *fields.of(scene).density;
+  if (!density.reader && is_labels(density)) scene.classification = Classification::nearest;
+}
+
 /// Why the light of a scene takes too much memory; empty: it does not.
 std::string too_dark(const Scene& scene, KeptFields& fields) {
   if (!scene.lit()) return {};
@@ -335,6 +343,7 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
           "holds them";
     result.look = result.dark_because.empty() ? suitable_look(scene, fields) : "plain";
   }
+  if (scene.look.empty() && open == "auto") keep_labels(scene, fields, result.scene);
   const auto find_darkness = [&] {
     if (by_itself && result.dark_because.empty())
       result.dark_because = too_dark(result.scene, fields);
