@@ -57,7 +57,8 @@ class Panel {
     ImGui::SetNextWindowSize({width, height});
     ImGui::Begin("panel", nullptr, ImGuiWindowFlags_NoTitleBar | ImGuiWindowFlags_NoMove);
     row_height_ = ImGui::GetFrameHeightWithSpacing();
-    edit_parameters(scene, {grids_, {}, [](const std::string&) {}});
+    for (int group = 0; group <= int(ParameterGroup::machine); ++group)
+      edit_group(ParameterGroup(group), scene, {grids_, {}, [](const std::string&) {}});
     ImGui::End();
     ImGui::Render();
   }

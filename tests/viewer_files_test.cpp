@@ -104,11 +104,13 @@ TEST(ViewerFiles, TheCopiedCommandLineHasTheEditedTransferFunction) {
 }
 
 TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {
-  Hands hands(small(asset("slab.vdb")));
+  Scene scene = small(asset("slab.vdb"));
+  scene.resolution = {400, 420};  // room for the panel
+  Hands hands(scene);
   ASSERT_TRUE(hands.until_exact());
-  hands.click({120, 162});  // the field `size`
+  hands.click({120, 323});  // the field `size`
   hands.type("abc");
-  hands.click({90, 185});  // `copy as command line`
+  hands.click({90, 346});  // `copy as command line`
   EXPECT_EQ(hands.viewer.messages().error_count(), 1);
   EXPECT_TRUE(has(hands.viewer.messages().last_error(), "abc"));
   hands.key(GLFW_KEY_S, GLFW_MOD_CONTROL);
@@ -123,9 +125,9 @@ TEST(ViewerFiles, ASizeThatIsNoneIsSaidAndHarmsNothing) {
 TEST(ViewerFiles, TheReloadButtonLeavesOpenGlInOrder) {
   Hands hands(small(asset("blobs.vdb")));
   ASSERT_TRUE(hands.until_exact());
-  hands.click({60, 64});  // the section of files
+  hands.click({60, 44});  // the section of files
   const std::uint64_t wished = hands.viewer.pictures().wished;
-  hands.click({60, 130});  // its button
+  hands.click({60, 107});  // its button
   ASSERT_TRUE(hands.until_exact());
   EXPECT_GT(hands.viewer.pictures().wished, wished);
 }

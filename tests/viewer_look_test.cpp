@@ -134,9 +134,9 @@ TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   Hands hands(open_look(asset("slab.vdb")));
   ASSERT_TRUE(hands.until_exact());
   const Scene before = hands.viewer.scene();
-  hands.click({100, 44});  // the menu
+  hands.click({100, 67});  // the menu
   hands.frames(3);
-  hands.click({60, 90});  // its second row, after auto
+  hands.click({60, 113});  // its second row, after auto
   ASSERT_TRUE(hands.until_exact());
   EXPECT_EQ(hands.viewer.look().text(), "amber");
   EXPECT_EQ(hands.viewer.scene().luminance, glm::dvec3(1, 0.6, 0.1));
@@ -182,15 +182,15 @@ TEST(ViewerCuts, ASliceFollowsItsSliderAndTheCameraFacesIt) {
   const std::uint64_t wished = hands.viewer.pictures().wished;
   Scene scene = hands.viewer.scene();
   ASSERT_FALSE(scene.slice);
-  hands.press({117, 392});  // the slider of its place
+  hands.press({117, 274});  // the slider of its place
   for (int i = 1; i <= 3; ++i) {
-    hands.move({117 + 10 * i, 392});
+    hands.move({117 + 10 * i, 274});
     ASSERT_TRUE(hands.until([&] {
       const PictureState& pictures = hands.viewer.pictures();
       return pictures.wished >= wished + std::uint64_t(i) && pictures.shown == pictures.wished;
     }));
   }
-  hands.release({147, 392});
+  hands.release({147, 274});
   ASSERT_TRUE(hands.until_exact());
   scene = hands.viewer.scene();
   ASSERT_TRUE(scene.slice && scene.slice->point);
@@ -209,13 +209,13 @@ TEST(ViewerCuts, BoxAndPlaneFollowTheirSliders) {
   ASSERT_TRUE(hands.until_exact());
   const Volume* volume = hands.viewer.volume();
   const Subject& subject = *volume->subject;
-  hands.click({100, 346});  // unfolds the section
-  hands.click({27, 369});   // clip box
+  hands.click({100, 228});  // unfolds the section
+  hands.click({27, 251});   // clip box
   ASSERT_TRUE(hands.viewer.scene().clip);
   EXPECT_EQ(hands.viewer.scene().clip->min, subject.box_min);
   EXPECT_EQ(hands.viewer.scene().clip->max, subject.box_max);
-  hands.drag({210, 392}, {117, 392});  // the upper end along x
-  hands.drag({23, 415}, {60, 415});    // the lower end along y
+  hands.drag({210, 274}, {117, 274});  // the upper end along x
+  hands.drag({23, 297}, {60, 297});    // the lower end along y
   ASSERT_TRUE(hands.until_exact());
   const WorldBox box = *hands.viewer.scene().clip;
   const glm::dvec3 size = subject.box_max - subject.box_min;
@@ -226,21 +226,21 @@ TEST(ViewerCuts, BoxAndPlaneFollowTheirSliders) {
   EXPECT_EQ(box.max.y, subject.box_max.y);
   EXPECT_EQ(hands.viewer.volume(), volume);  // nothing is converted again
   expect_same(*hands.viewer.exact_picture(), rendered(hands.viewer.scene()));
-  hands.drag({70, 392}, {90, 392});  // the bar between the ends
+  hands.drag({70, 274}, {90, 274});  // the bar between the ends
   const WorldBox shifted = *hands.viewer.scene().clip;
   EXPECT_GT(shifted.min.x, box.min.x);
   EXPECT_NEAR(shifted.max.x - shifted.min.x, box.max.x - box.min.x, 0.002 * size.x);
-  hands.click({27, 369});
+  hands.click({27, 251});
   EXPECT_FALSE(hands.viewer.scene().clip);
 
-  hands.click({27, 392});  // clip plane, now below
+  hands.click({27, 274});  // clip plane, now below
   ASSERT_TRUE(hands.viewer.scene().clip_plane);
   EXPECT_EQ(hands.viewer.scene().clip_plane->normal, glm::dvec3(1, 0, 0));
   const double middle = hands.viewer.scene().clip_plane->point->x;
-  hands.drag({117, 438}, {140, 438});
+  hands.drag({117, 320}, {140, 320});
   EXPECT_GT(hands.viewer.scene().clip_plane->point->x, middle);
   ASSERT_TRUE(hands.until_exact());
-  hands.click({50, 461});  // other side
+  hands.click({50, 343});  // other side
   EXPECT_EQ(hands.viewer.scene().clip_plane->normal, glm::dvec3(-1, 0, 0));
   hands.expect_rendered();
 }

@@ -215,8 +215,8 @@ TEST(Viewer, ThePictureOfTheGuide) {
   ASSERT_TRUE(hands.until_exact());
   hands.viewer.navigation().orbit({-100, 60});
   hands.viewer.navigation().pan({120, 0});
-  hands.click({100, 346});  // unfolds slice and clip
-  hands.click({27, 369});   // a box around all
+  hands.click({100, 228});  // unfolds slice and clip
+  hands.click({27, 251});   // a box around all
   hands.move({900, 700});
   hands.frames(3);
   ASSERT_TRUE(hands.until_exact());

@@ -158,13 +158,19 @@ void draw_scene_panel(Viewer& viewer) {
   ImGui::SetNextWindowSize(scaled(330, std::clamp(height, 120.0, 560.0), s), placing(viewer));
   const Panel panel("Scene", &viewer.panels().scene);
   if (!panel) return;
-  draw_look_menu(viewer);
+  // in the order of use: open, look, cut, save, and then all parameters
+  using Group = ParameterGroup;
   draw_file_section(viewer);
-  draw_output_section(viewer);
+  draw_look_menu(viewer);
   draw_display_section(viewer);
   draw_cut_section(viewer);
+  draw_output_section(viewer);
   Scene edited = viewer.scene();
-  if (edit_parameters(edited, choices_of(viewer))) viewer.set_scene(edited);
+  bool changed = false;
+  for (const ParameterGroup group : {Group::look, Group::light, Group::camera, Group::accuracy,
+                                     Group::input, Group::output, Group::machine})
+    changed |= edit_group(group, edited, choices_of(viewer));
+  if (changed) viewer.set_scene(edited);
 }
 
 void draw_transfer_panel(Viewer& viewer) {

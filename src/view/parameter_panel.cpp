@@ -169,20 +169,17 @@ void set_valid(Scene& scene, const std::string& name, const std::string& text) {
   scene = next;
 }
 
-bool edit_parameters(Scene& scene, const ParameterChoices& choices) {
-  bool changed = false, open = false;
-  std::optional<ParameterGroup> group;
+bool edit_group(ParameterGroup group, Scene& scene, const ParameterChoices& choices) {
+  const bool unfolded = group == ParameterGroup::look || group == ParameterGroup::accuracy;
+  if (!ImGui::CollapsingHeader(group_name(group).c_str(),
+                               unfolded ? ImGuiTreeNodeFlags_DefaultOpen : 0))
+    return false;
+  bool changed = false;
   ImGui::PushItemWidth(0.45f * ImGui::GetWindowWidth());
-  for (const Parameter& p : parameters()) {
-    if (std::find(std::begin(left_out), std::end(left_out), p.name) != std::end(left_out)) continue;
-    if (p.group != group) {
-      group = p.group;
-      const bool unfolded = p.group == ParameterGroup::look || p.group == ParameterGroup::accuracy;
-      open = ImGui::CollapsingHeader(group_name(p.group).c_str(),
-                                     unfolded ? ImGuiTreeNodeFlags_DefaultOpen : 0);
-    }
-    if (open) changed |= edit_parameter(scene, p, choices);
-  }
+  for (const Parameter& p : parameters())
+    if (p.group == group &&
+        std::find(std::begin(left_out), std::end(left_out), p.name) == std::end(left_out))
+      changed |= edit_parameter(scene, p, choices);
   ImGui::PopItemWidth();
   return changed;
 }

@@ -59,9 +59,9 @@ struct ParameterChoices {
 /// rest of it refuses the value.
 void set_valid(Scene& scene, const std::string& name, const std::string& text);
 
-/// Makes widgets from the table of parameters, except for parameters of the window. True if
+/// Makes a section of one group of the table of parameters, without those of the window. True if
 /// the scene was changed; it is valid then. A refused parameter keeps its value.
-bool edit_parameters(Scene& scene, const ParameterChoices& choices);
+bool edit_group(ParameterGroup group, Scene& scene, const ParameterChoices& choices);
 
 /// Widgets for the parameters named, without headers.
 bool edit_parameters(Scene& scene, const ParameterChoices& choices,
