@@ -396,6 +396,7 @@ for mode in alpha xray mip lmip; do
 done
 t 0 '"range": [' render "$S" --print-scene --mode alpha --range 5%,95%
 t 2 "goes from" render "$S" -o a.exr --range 99%,0.1 $R
+t 3 "goes from 1 to 1" render "$assets/slab.vdb" -o a.exr --range 1%,99% $R
 # A scale of the values: options stay in those of the file.
 t 0 '"isovalue": 0.1' render "$S" --print-scene --value-scale log --mode isosurface --isovalue 0.1
 t 0 "look scan" render "$S" -o a.png --value-scale log --range 1e-3,1 --resolution 320x180 --color-bar

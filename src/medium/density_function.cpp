@@ -24,10 +24,12 @@ std::optional<glm::dvec2> resolved_range(const Scene& scene, const Field& densit
                                          : density.scale.scaled(range[i]);
     if (range.x < range.y) return range;
     const Parameter& p = *find_parameter("range");
-    throw Error(ExitCode::usage, "--range " + parameter_text(scene, p) + " goes from " +
-                                     number_text(range.x) + " to " + number_text(range.y) +
-                                     " in grid " + in_quotes(density.name) +
-                                     "; MIN must be below MAX");
+    // of two percentages it is the file that makes them one value
+    const bool of_file = scene.range->percent == glm::bvec2(true);
+    throw Error(of_file ? ExitCode::input : ExitCode::usage,
+                "--range " + parameter_text(scene, p) + " goes from " + number_text(range.x) +
+                    " to " + number_text(range.y) + " in grid " + in_quotes(density.name) +
+                    "; MIN must be below MAX");
   }
   glm::dvec2 range = active_range(density);
   if (scene.shows(Shows::value) && !scene.colormap && range.y > 0) {
