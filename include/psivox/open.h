@@ -43,8 +43,9 @@ struct LookedScene {
 /// Sets what the scene's look says and the scene itself leaves open. A look is a JSON file of scene
 /// parameters: one of psivox's own, one of the folders in the environment's PSIVOX_LOOKS (separated
 /// by colons), or a path. Its list `choose` names what comes from the file's values:
-///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low, so that vessels or
-///               plumes stand out
+///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low and fill the volume, so
+///               that vessels stand out
+///   outside     what fills the volume around the object is transparent, a veil around it thin
 ///   balance     a range with 0 in its middle that leaves out 0.5 % of the values at either end
 ///   colors      the active voxels of a grid of colours, as the density, in these colours
 ///   extinction  a third of a light's intensity reaches the medium, on average over what it

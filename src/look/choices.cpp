@@ -51,10 +51,17 @@ void choose_extinction(Choosing& all) {
   all.view = std::move(view);
 }
 
+/// Whether low values are a veil around the others: most of the box is the outside alone. Where
+/// they fill it they are noise.
+bool is_veiled(const Field& density) {
+  return 2 * density.active_voxels < count_of(density.active_box) && is_mostly_low(density);
+}
+
 void choose_range(Choosing& all) {
   all.view.reset();
   if (all.scene.range) return;
-  const bool low = is_mostly_low(*all.fields.of(all.scene).density);
+  const Field& of_scene = *all.fields.of(all.scene).density;
+  const bool low = is_mostly_low(of_scene) && !is_veiled(of_scene);
   set_parameter(all.scene, "range", low ? "50%,99.5%" : "2%,96%");
   const Field& density = *all.fields.of(all.scene).density;
   const glm::dvec2& percent = all.scene.range->ends;
@@ -63,12 +70,19 @@ void choose_range(Choosing& all) {
     set_default(all.scene, *find_parameter("range"));
 }
 
-/// What fills the volume around the object is transparent, wherever it lies in the range.
+/// What fills the volume around the object is transparent, wherever it lies in the range. A veil is
+/// seen, thinly.
 void choose_opacity(Choosing& all) {
   const Field& density = *all.fields.of(all.scene).density;
+  if (!all.scene.opacity || is_given(all.asked, "opacity")) return;
+  if (!is_given(all.asked, "range") && is_veiled(density)) {
+    all.view.reset();
+    all.scene.opacity->points = {{0, 0}, {0.03, 0}, {0.12, 0.06}, {0.4, 0.12}, {1, 1}};
+    return;
+  }
   const std::optional<double> outside = outside_value(density);
   const std::optional<glm::dvec2> range = resolved_range(all.scene, density);
-  if (!outside || !range || !all.scene.opacity || is_given(all.asked, "opacity")) return;
+  if (!outside || !range) return;
   const double u = (*outside - range->x) / (range->y - range->x);
   constexpr double low = 0.2, high = 0.8, near = 0.04, far = 0.16;
   if (u <= low) return;
