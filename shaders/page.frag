@@ -7,6 +7,7 @@ uniform float samples;       // of a pixel of `fine`
 uniform float exposure;      // factor of the radiance
 uniform int tone_map;        // a value of ToneMap
 uniform vec3 background;
+uniform float contrast;      // factor of the medium's light before this background
 
 layout(location = 0) out vec4 out_color;
 
@@ -34,6 +35,6 @@ void main() {
   vec4 color = texelFetch(fine, pixel, 0);
   if (color.a < 0.0) color = coarse_at(pixel);
   else color /= samples;
-  vec3 radiance = (color.rgb + (1.0 - color.a) * background) * exposure;
+  vec3 radiance = (contrast * color.rgb + (1.0 - color.a) * background) * exposure;
   out_color = vec4(encoded(radiance.r), encoded(radiance.g), encoded(radiance.b), 1.0);
 }

@@ -133,11 +133,13 @@ def test_controls(browser, program, folder):
                                          browser.keys(("keyUp", SHIFT)))),
                       ("near", lambda: browser.wheel(middle(browser), -250)),
                       ("by keys", lambda: browser.keys(("keyDown", "\ue012"), ("keyUp", "\ue012"), ("keyDown", "+"))),
-                      ("brighter", lambda: browser.run("actions.brighter(); actions.ground()"))]:
+                      ("brighter", lambda: browser.run("actions.brighter(); actions.ground()")),
+                      ("on white", lambda: browser.run("actions.ground(); actions.ground()"))]:
         before = picture(browser)
         act()
         expect(rest(browser) == "rest" and picture(browser) != before, f"{what}: nothing happens")
         check_command(browser, program, folder, what)
+    expect(browser.run("return contrast()") < 1, "on white smoke is as bright as on black")
     for again in (True, False):
         browser.keys(("keyDown", "r"), ("keyUp", "r"))
         rest(browser)

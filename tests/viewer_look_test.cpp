@@ -151,6 +151,23 @@ TEST(ViewerLook, TheMenuHasTheLooksOfAStudio) {
   unsetenv("PSIVOX_LOOKS");
 }
 
+TEST(ViewerLook, SmokeIsDarkBeforeAWhiteBackground) {
+  Scene start = open_look(asset("blobs.vdb"));
+  start.look = "smoke";
+  Hands hands(start);
+  ASSERT_TRUE(hands.until_exact());
+  const Scene before = hands.viewer.scene();
+  Scene white = before;
+  set_parameter(white, "background", "white");
+  hands.viewer.set_scene(white);
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.scene().albedo != before.albedo; }));
+  ASSERT_TRUE(hands.until_exact());
+  EXPECT_EQ(hands.viewer.scene().albedo, dark_contrast * before.albedo);
+  set_parameter(white = hands.viewer.scene(), "background", "black");
+  hands.viewer.set_scene(white);
+  ASSERT_TRUE(hands.until([&] { return hands.viewer.scene().albedo == before.albedo; }));
+}
+
 TEST(ViewerLook, TheModeXrayShowsItsDensestRaysJustBelowWhite) {
   Scene scene = open_look(asset("blobs.vdb"));
   apply_over(scene, std::vector<Setting>{{"mode", "xray"}});

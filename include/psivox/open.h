@@ -21,6 +21,11 @@ std::vector<std::string> available_looks();
 /// chosen.
 bool leaves_look_open(const Scene& scene);
 
+/// Whether smoke would hardly be seen before the scene's background, whose luminance is at least 0.4.
+bool has_bright_background(const Scene& scene);
+/// By what a look then multiplies the smoke's albedo and luminance.
+inline constexpr double dark_contrast = 0.3;
+
 /// Whether a look may set a parameter, or make a choice of that name, beside what the scene gives.
 bool leaves_to_look(const Scene& scene, std::string_view name);
 
@@ -48,6 +53,7 @@ struct LookedScene {
 ///   outside     what fills the volume around the object is transparent, a veil around it thin
 ///   balance     a range with 0 in its middle that leaves out 0.5 % of the values at either end
 ///   colors      the active voxels of a grid of colours, as the density, in these colours
+///   contrast    the smoke is dark before a bright background
 ///   extinction  a third of a light's intensity reaches the medium, on average over what it
 ///               attenuates, but no less than auto_extinction; 0.6 of it for scans whose values
 ///               are mostly low

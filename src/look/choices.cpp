@@ -15,6 +15,7 @@
 #include "look/voxel_lines.h"
 #include "medium/density_function.h"
 #include "medium/map_field.h"
+#include "psivox/open.h"
 #include "psivox/parameters.h"
 #include "vdb/grid_names.h"
 
@@ -124,13 +125,11 @@ void choose_colors(Choosing& all) {
 
 /// Before a bright background smoke is dark, or it would not be seen.
 void choose_contrast(Choosing& all) {
-  constexpr double bright = 0.4, dark = 0.3;
-  const auto& background = all.asked.background;
-  if (!background || background->environment || is_given(all.asked, "albedo")) return;
-  if (glm::dot(background->color, glm::dvec3(0.2126, 0.7152, 0.0722)) < bright) return;
+  if (!has_bright_background(all.asked) || is_given(all.asked, "albedo")) return;
   all.view.reset();
-  all.scene.albedo *= dark;
-  if (all.scene.luminance && !is_given(all.asked, "luminance")) *all.scene.luminance *= dark;
+  all.scene.albedo *= dark_contrast;
+  if (all.scene.luminance && !is_given(all.asked, "luminance"))
+    *all.scene.luminance *= dark_contrast;
 }
 
 /// Bounds of some colours.

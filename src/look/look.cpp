@@ -300,6 +300,13 @@ bool is_of_surface(const Scene& scene) {
   return scene.shows(Shows::surface) || !scene.isovalue.empty();
 }
 
+bool has_bright_background(const Scene& scene) {
+  constexpr double bright = 0.4;
+  const auto& background = scene.background;
+  return background && !background->environment &&
+         glm::dot(background->color, glm::dvec3(0.2126, 0.7152, 0.0722)) >= bright;
+}
+
 bool leaves_look_open(const Scene& scene) {
   return scene.look.empty() && *info(scene.mode).look &&
          (is_of_surface(scene) || !gives_any(scene, parts_of_looks[0].given));

@@ -60,7 +60,7 @@ const rounded = (v, unit) => {  // as the window rounds (view/navigation.h)
 function command() {
   const c = camera(), unit = 1e-6 * c.depth, place = v => v.map(x => rounded(x, unit)).join(",");
   const pole = Math.abs(dot(c.forward, first.axis)) > 0.999;
-  let line = `${scene.command} --camera-position=${place(c.position)} --camera-target=${place(c.target)}` +
+  let line = `${contrast() === 1 ? scene.command : scene.contrast.command} --camera-position=${place(c.position)} --camera-target=${place(c.target)}` +
     ` --camera-up=${(pole ? c.up : first.axis).map(x => rounded(x, 1e-6)).join(",")}`;
   if (first.orthographic)
     line += ` --ortho-width=${rounded(2 * c.half_width * first.zoom, 1e-6 * c.half_width)}`;

@@ -166,6 +166,8 @@ function done() {
 // --- the march -----------------------------------------------------------------------------------
 const march = scene.march, tables_unit = march.textures.findIndex(texture => texture.name === "tables");
 const fine_unit = march.textures.length, coarse_unit = fine_unit + 1;
+// what the medium's light is multiplied by before a bright background
+const contrast = () => scene.contrast && background === 3 ? scene.contrast.factor : 1;
 const background_choices = [scene.background ?? [0, 0, 0], [0, 0, 0], [0.2, 0.2, 0.2], [1, 1, 1]];
 let set_march, set_display, fine, coarse;
 let exposure = scene.exposure, background = 0, samples = march.samples;
@@ -284,6 +286,7 @@ function show() {
   set_display("coarse_size", "2i", ...coarse_size);
   set_display("samples", "1f", samples.length);
   set_display("exposure", "1f", 2 ** exposure);
+  set_display("contrast", "1f", contrast());
   set_display("background", "3f", ...background_choices[background]);
   gl.drawArrays(gl.TRIANGLES, 0, 3);
 }

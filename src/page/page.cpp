@@ -9,6 +9,7 @@
 #include "march/film.h"
 #include "page/page_parts.h"
 #include "plan/plan.h"
+#include "psivox/open.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
 #include "scene/cuts.h"
@@ -115,6 +116,18 @@ Json march_json(const View& view, const gl::WebMarch& march) {
   return json;
 }
 
+/// How smoke is drawn before a bright background, as a look chooses it (dark_contrast): a factor of
+/// its light, and the command. Null: it is no smoke, or is dark already.
+Json contrast_json(Scene scene, const View& view) {
+  if (!scene.lit() || scene.has_function() || !scene.luminance_grid.empty() ||
+      !scene.temperature_grid.empty() || !view.medium.emission.empty() ||
+      !view.medium.others.empty() || has_bright_background(scene))
+    return {};
+  scene.albedo *= dark_contrast;
+  scene.luminance = scene.resolved_luminance() * dark_contrast;
+  return {{"factor", dark_contrast}, {"command", command_of(scene, view.camera)}};
+}
+
 Json scene_json(const View& view, const Drawn& drawn, const gl::WebMarch& march,
                 const PageOptions& options) {
   const Scene& scene = view.scene;
@@ -127,6 +140,7 @@ Json scene_json(const View& view, const Drawn& drawn, const gl::WebMarch& march,
           {"exposure", scene.exposure.value_or(0)},
           {"tone_map", int(scene.tone_map)},
           {"background", scene.background ? json_of(scene.background->color) : Json()},
+          {"contrast", contrast_json(drawn.scene, view)},
           {"camera", camera_json(view)},
           {"march", march_json(view, march)}};
 }

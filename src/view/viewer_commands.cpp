@@ -15,6 +15,7 @@
 #include "app/command_text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "psivox/open.h"
 #include "psivox/parameters.h"
 #include "psivox/picture_file.h"
 #include "scene/camera_file.h"
@@ -268,6 +269,10 @@ void Viewer::set_scene(const Scene& scene) {
   if (scene.colormap && scene.colormap != before.colormap && !asks_for_look(before)) {
     // what render chooses for the map, in place of what was chosen for the last one
     now_.look.suit_again(now_.scene);
+    volume_.retry();
+  } else if (has_bright_background(scene) != has_bright_background(before) &&
+             !asks_for_look(before)) {
+    now_.look.choose_again(now_.scene);
     volume_.retry();
   }
   redraw(3);

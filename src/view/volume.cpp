@@ -223,6 +223,11 @@ void LookChoice::suit_again(Scene& scene) {
   ask(start_, scene);
 }
 
+void LookChoice::choose_again(Scene& scene) {
+  take_back(scene, false);
+  ask(name_, scene);
+}
+
 void LookChoice::choose(const std::string& name, Scene& scene) {
   take_back(scene, false);
   scene = without_look(scene);

@@ -208,6 +208,8 @@ class LookChoice {
   void start_again(Scene& scene);
   /// The same for another colour map, which a look of its own suits. The camera stays.
   void suit_again(Scene& scene);
+  /// The same look for another background.
+  void choose_again(Scene& scene);
   /// Has the scene ask for a look, in place of all that it says of how a picture looks.
   void choose(const std::string& name, Scene& scene);
   /// Takes what a volume's look has chosen over to the scene that asked for it, except what the
