@@ -107,6 +107,7 @@ void add_source(INOUT(Others) sum, Cubic tau, IN(Cubics) L, real3 factor) {
 // Adds the light and the attenuation of a volume where it stores values, from t on, over a unit of t.
 void add_medium(INOUT(Others) sum, int first, Other o, real t, real phase) {
   Cubic tau = scaled(other_channel(o, t, 0), o.scales.x);
+  if (is_nan(tau.f_0 + tau.q_1 + tau.q_2 + tau.q_3)) return;  // an absent corner: the cell is vacuum
   sum.attenuation = sum_of(sum.attenuation, tau);
   if (!others_shine) return;
   real4 lit = fetch_table(first + 11);

@@ -4,13 +4,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 
+#include "base/text_file.h"
 #include "field/leaf_values.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/medium.h"
 #include "psivox/open.h"
 #include "psivox/vdb.h"
+#include "scratch.h"
 #include "thrown.h"
 
 namespace psivox {
@@ -66,6 +69,25 @@ TEST_F(VolumesOnTheGpu, AgreeWithTheReferenceOnLatticesOfTheirOwn) {
   EXPECT_LE(compare_images(drawn(scene, *open_double()), reference).max,
             3e-7);  // texels are float32
   EXPECT_LE(compare_images(drawn(scene, *Gpu::renderer()), reference).rms, 2e-7);
+}
+
+TEST_F(VolumesOnTheGpu, AreVacuumWhereOneHasNoData) {
+  std::string ball =
+      "NRRD0004\ntype: float\ndimension: 3\nsizes: 12 12 12\nencoding: raw\nendian: little\n\n";
+  for (int i = 0; i < 12 * 12 * 12; ++i) {
+    const glm::dvec3 p = glm::dvec3(i % 12, i / 12 % 12, i / 144) / 5.5 - 1.0;
+    const float value = glm::dot(p, p) < 0.8 ? float(1 - 0.5 * glm::length(p)) : std::nanf("");
+    ball.append(reinterpret_cast<const char*>(&value), sizeof value);
+  }
+  const std::string path = (test::scratch_dir() / "ball.nrrd").string();
+  write_text(path, ball);
+  Scene scene =
+      scene_with({path + " extinction=2 luminance=1,0.3,0.1 scale=0.1 translate=-1,-1,0"});
+  scene.texel = TexelType::float32;
+  scene.early_termination = 0;
+  const Image reference = drawn(scene, *open_reference());
+  EXPECT_LE(difference("double", drawn(scene, *open_double()), reference).max, 3e-7);
+  EXPECT_LE(difference("GPU", drawn(scene, *Gpu::renderer()), reference).rms, 2e-7);
 }
 
 TEST_F(VolumesOnTheGpu, AgreeWhereAFloatHasNoDigitsForTheFirstOnesVoxels) {
