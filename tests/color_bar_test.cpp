@@ -7,9 +7,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "image/canvas.h"
+#include "medium/label_function.h"
 #include "verify/made_fields.h"
 
 namespace psivox {
@@ -205,6 +207,23 @@ TEST(ScaleBar, IsAsLongAsALengthInTheMiddle) {
     }
   EXPECT_NEAR(longest, bar.width * 640, 0.5);
   EXPECT_FALSE(draw_scale_bar(image = rgba_image(40, 30), bar, {}));
+}
+
+TEST(ColorBar, ListsLabels) {
+  View view;
+  view.scene.colormap = Colormap::labels;
+  DenseField labels("labels", {8, 8, 8}, 1, glm::dmat4(1));
+  std::vector<float> values(512, 1);
+  std::fill(values.begin(), values.begin() + 64, 7.0f);
+  std::fill(values.begin() + 64, values.begin() + 128, 200.0f);
+  labels.add(values);
+  view.medium.density = std::make_shared<const Field>(labels.finish());
+  const ColorScale scale = *color_scale(view);
+  EXPECT_EQ(bar_values(scale), (std::vector<double>{1, 7, 200}));
+  for (const double label : {1.0, 7.0, 200.0}) {
+    const auto row = std::size_t(bar_place(scale, label) * double(scale.colors.size()));
+    EXPECT_EQ(scale.colors[row], label_color(label)) << label;
+  }
 }
 
 }  // namespace

@@ -22,9 +22,11 @@ struct ColorScale {
   double min = 0, max = 1;         ///< values of the first and the last colour
   std::vector<glm::dvec3> colors;  ///< the map's own, at equal distances of the scaled value
   ValueScale values{};             ///< its unit set
+  std::vector<double> labels{};    ///< not empty: the values that have colours, each a band alike
 };
 
-/// The values that get a label: round ones, or powers of 10 of a scale of logarithms.
+/// The values that get a label: round ones, powers of 10 of a scale of logarithms, or at most 24 of
+/// the labels.
 std::vector<double> bar_values(const ColorScale& scale);
 /// Where a value is on the bar: 0 at its lower end, 1 at its upper one.
 double bar_place(const ColorScale& scale, double value);

@@ -7,6 +7,7 @@
 #include "base/text.h"
 #include "canvas.h"
 #include "medium/backdrop.h"
+#include "medium/label_function.h"
 #include "psivox/camera.h"
 #include "scene/color.h"
 #include "scene/transfer_function.h"
@@ -79,6 +80,13 @@ double round_length(double length) {
 }  // namespace
 
 std::vector<double> bar_values(const ColorScale& scale) {
+  if (!scale.labels.empty()) {
+    constexpr std::size_t most = 24;
+    std::vector<double> some;
+    for (std::size_t i = 0; i < scale.labels.size(); i += 1 + (scale.labels.size() - 1) / most)
+      some.push_back(scale.labels[i]);
+    return some;
+  }
   if (scale.values.is_linear()) return round_values(scale.min, scale.max, 5);
   std::vector<double> values;
   if (scale.values.kind == ValueScale::Kind::log) {
@@ -95,12 +103,36 @@ std::vector<double> bar_values(const ColorScale& scale) {
 }
 
 double bar_place(const ColorScale& scale, double value) {
+  if (!scale.labels.empty()) {
+    const auto before = std::ranges::lower_bound(scale.labels, value) - scale.labels.begin();
+    return (double(before) + 0.5) / double(scale.labels.size());
+  }
   const double low = scale.values.scaled(scale.min);
   return (scale.values.scaled(value) - low) / (scale.values.scaled(scale.max) - low);
 }
 
+namespace {
+
+/// Each label's colour, as a band of the bar.
+ColorScale scale_of_labels(const View& view) {
+  constexpr int rows = 8;  // of a band
+  const Field& density = *view.medium.density;
+  ColorScale scale = scale_of(view, {0, 1}, [](double) { return glm::dvec3(0); });
+  scale.colors.clear();
+  for (const LabelColor& label : label_colors(density)) {
+    scale.labels.push_back(density.scale.value_of(double(label.value)));
+    scale.colors.insert(scale.colors.end(), rows, label.color);
+  }
+  scale.min = scale.labels.front();
+  scale.max = scale.labels.back();
+  return scale;
+}
+
+}  // namespace
+
 std::optional<ColorScale> color_scale(const View& view) {
   const Scene& scene = view.scene;
+  if (scene.colormap == Colormap::labels) return scale_of_labels(view);
   const ValueScale& values = view.medium.density->scale;
   if (scene.windows()) {
     if (!scene.colormap && !scene.shows(Shows::value)) return std::nullopt;

@@ -96,33 +96,38 @@ glm::dvec3 label_color(double label) {
                         turn * (part - std::floor(part) + 0.08));
 }
 
-TransferFunction label_function(const Field& field) {
-  LabelCounts counts = checked_counts(field);
-  const auto largest = double(most_voxels(counts));
-  const bool one = counts.size() == 1;
+std::vector<LabelColor> label_colors(const Field& field) {
+  const LabelCounts counts = checked_counts(field);
   const bool whole = std::ranges::all_of(
       counts, [](const auto& label) { return label.first == std::floor(label.first); });
-  constexpr double most = 64;  // of attenuation: a label of a few voxels
   const glm::dvec3 bone(0.8, 0.75, 0.66);
-  // labels that were divided by the greatest are told by their rank
-  const auto number = [&](float label) {
-    return whole ? double(label) : double(std::distance(counts.begin(), counts.find(label)));
+  std::vector<LabelColor> colors;
+  for (const auto& [label, voxels] : counts) {
+    // labels that were divided by the greatest are told by their rank
+    const double number = whole ? double(label) : double(colors.size() + 1);
+    if (label != 0)
+      colors.push_back({label, voxels, counts.size() == 1 ? bone : label_color(number)});
+  }
+  return colors;
+}
+
+TransferFunction label_function(const Field& field) {
+  std::vector<LabelColor> labels = label_colors(field);
+  std::uint64_t largest = 1;
+  for (const LabelColor& label : labels) largest = std::max(largest, label.voxels);
+  labels.insert(std::ranges::lower_bound(labels, 0.0f, {}, &LabelColor::value),
+                {0, 0, glm::dvec3(0)});
+  constexpr double most = 64;  // of attenuation: a label of a few voxels
+  const auto shown = [&](const LabelColor& label, double value) {
+    const double attenuation =
+        label.voxels ? std::min(most, std::cbrt(double(largest) / double(label.voxels))) : 0;
+    return TransferPoint{value, attenuation, label.color};
   };
-  const auto shown = [&](float label, std::uint64_t voxels, double value) {
-    if (label == 0) return TransferPoint{value, 0, glm::dvec3(0)};
-    return TransferPoint{value, std::min(most, std::cbrt(largest / double(voxels))),
-                         one ? bone : label_color(number(label))};
-  };
-  counts.emplace(0.0f, 1);
   std::vector<TransferPoint> points;
-  const std::pair<const float, std::uint64_t>* last = nullptr;
-  for (const auto& now : counts) {
-    if (last) {
-      const double jump = between(last->first, now.first);
-      points.push_back(shown(last->first, last->second, jump));
-      points.push_back(shown(now.first, now.second, jump));
-    }
-    last = &now;
+  for (std::size_t i = 1; i < labels.size(); ++i) {
+    const double jump = between(labels[i - 1].value, labels[i].value);
+    points.push_back(shown(labels[i - 1], jump));
+    points.push_back(shown(labels[i], jump));
   }
   return TransferFunction(std::move(points));
 }
