@@ -8,6 +8,7 @@
 #include "base/statistics.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
+#include "psivox/picture_file.h"
 #include "scene/transfer_function.h"
 #include "study/suite.h"
 
@@ -150,6 +151,29 @@ TEST(Bound, HoldsInEveryPixelOfManyScenes) {
               percentile(looseness, 0.5), percentile(looseness, 0.99));
   EXPECT_GT(looseness.size(), 600u);
   EXPECT_LT(percentile(looseness, 0.5), 1.01);  // a hundredth less would not hold
+}
+
+/// A bright background shows what a pixel's opacity is off.
+TEST(Bound, HoldsBeforeABackground) {
+  const auto marcher = open_double();
+  const glm::dvec3 behind(30, 1000, 0.2);
+  for (int i = 0; i < scenes; i += 5) {
+    View view = scene_of(i);
+    view.scene.background = Background(behind);
+    Image picture = bounded(view, *marcher);
+    const Layer bound = picture.layers.back();
+    add_background(picture, behind, {});
+    for (int y = 0; y < 4; ++y)
+      for (int x = 0; x < 4; ++x) {
+        const glm::dvec4 medium = truth_of(view, x, y, 12), coarse = truth_of(view, x, y, 6);
+        double unknown = 1e-12;
+        for (int c = 0; c < 4; ++c) unknown += 1001 * std::abs(medium[c] - coarse[c]) / 16;
+        for (int c = 0; c < 3; ++c)
+          EXPECT_LE(std::abs(pixel(picture, x, y, c) - (medium[c] + (1 - medium.w) * behind[c])),
+                    double(bound.values[std::size_t(y * 4 + x)]) + unknown)
+              << "scene " << i << " " << x << "," << y;
+      }
+  }
 }
 
 class SuiteBound : public GpuTest {};

@@ -86,8 +86,6 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
   if (layer == "bound" && scene.lit() && (scene.sky || !scene.environment.empty()))
     return "--aov bound cannot bound what a sky's directions miss; take --aov error, or leave out "
            "--sky and --environment";
-  if (layer == "bound" && scene.background)
-    return "--aov bound is of the medium alone; leave out --background";
   if (layer == "deep" && (!scene.composites() || info(scene.mode).from_back))
     return "--aov deep holds the medium in front of each depth; take --mode alpha";
   if (layer == "deep" && scene.background)

@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "base/stopwatch.h"
+#include "medium/backdrop.h"
 #include "psivox/error.h"
 #include "ray_radiance.h"
 
@@ -118,16 +119,22 @@ RenderResult render_reference(const View& view, double tolerance, const Progress
 
 Layer bound_layer(const View& view, const Image& picture, double tolerance,
                   const Progress& progress) {
+  const Backdrop behind(view);
   Layer layer{"bound", {"bound"}, std::vector<float>(picture.rgba().size() / 4)};
   each_pixel(view, tolerance, progress, [&](int x, int y, const RayPicture& p) {
     const std::size_t i = picture.index(x, y);
+    const float* const drawn = &picture.rgba()[4 * i];
     const glm::dvec4 exact(p.radiance, p.opacity);
+    const glm::dvec4 seen =
+        behind.seen(glm::dvec4(drawn[0], drawn[1], drawn[2], drawn[3]) - exact, i);
+    const glm::dvec3 back = behind.at(i);
+    const double most = std::max({back.x, back.y, back.z});
     double off = 0;
-    for (int c = 0; c < 4; ++c) {
-      const double d = std::abs(double(picture.rgba()[4 * i + std::size_t(c)]) - exact[c]);
-      off = std::isnan(d) ? infinity : std::max(off, d);
-    }
-    off += p.error;
+    for (int c = 0; c < 4; ++c)
+      off = std::isnan(seen[c]) ? infinity : std::max(off, std::abs(seen[c]));
+    // the sum with what is behind is rounded: its two factors, itself and the transmittance
+    const double brightest = double(std::max({drawn[0], drawn[1], drawn[2]}));
+    off += p.error * (1 + most) + (most > 0 ? 0x1p-23 * (brightest + 2 * most) : 0);
     const float stored = float(off);
     layer.values[i] =
         double(stored) < off ? std::nextafter(stored, std::numeric_limits<float>::max()) : stored;

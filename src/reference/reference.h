@@ -20,7 +20,8 @@ RenderResult render_reference(const View& view, double tolerance = 1e-12,
                               const Progress& progress = {});
 
 /// Layer `bound`: at each pixel an upper bound on the difference of the picture's worst channel
-/// from the integral of the view's medium along the pixel's rays. It is the difference from the
+/// from the integral of the view's medium along the pixel's rays, before the view's background, as
+/// it is seen. It is the difference from the
 /// reference, which is off by about `tolerance` at most, plus the reference's own bound, rounded
 /// up.
 Layer bound_layer(const View& view, const Image& picture, double tolerance = 1e-9,
