@@ -696,6 +696,12 @@ t 0 "the picture is empty: --clip-plane leaves nothing" render "$S" -o a.png $r 
 t 0 "the picture is empty: --slice does not meet the volume" render "$S" -o a.png $r --mode slice \
   --slice z=50
 t 0 "the picture is empty: no value of grid 'density'" render "$S" -o a.png $r --opacity 0:0,1:0 --look plain
+# A name that is no UTF-8 is found again, from a picture too, though JSON must be UTF-8.
+bytes=$(printf 'caf\xe9 \xef\x9e\x80.vdb')
+cp "$assets/slab.vdb" "$bytes"
+t 0 - render "$bytes" -o bytes.exr --look plain $R
+t 0 - render --scene bytes.exr -o again.exr -q
+t 0 rms compare bytes.exr again.exr --max-abs 0
 # Values near the ends of float32: large ones are framed, small ones are missed, which is said.
 for value in 1e37 1e-38; do
   printf 'NRRD0004\ntype: float\ndimension: 3\nsizes: 6 6 6\nencoding: ascii\n\n' >$value.nrrd

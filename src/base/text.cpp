@@ -55,6 +55,42 @@ Letter first_letter(std::string_view text) {
   return {length, code};
 }
 
+namespace {
+
+constexpr char32_t first_byte = 0xf700;
+bool is_byte(char32_t letter) { return letter >= first_byte + 0x80 && letter <= first_byte + 0xff; }
+
+}  // namespace
+
+std::string utf8_of_bytes(std::string_view bytes) {
+  std::string out;
+  for (std::size_t length = 1; !bytes.empty(); bytes.remove_prefix(length)) {
+    const Letter letter = first_letter(bytes);
+    length = letter.bytes;
+    if (letter.code != no_letter && !is_byte(letter.code)) {
+      out += bytes.substr(0, length);
+      continue;
+    }
+    length = 1;
+    const unsigned code = first_byte + static_cast<unsigned char>(bytes[0]);
+    for (const unsigned byte : {0xe0 | code >> 12, 0x80 | (code >> 6 & 0x3f), 0x80 | (code & 0x3f)})
+      out += char(byte);
+  }
+  return out;
+}
+
+std::string bytes_of_utf8(std::string_view text) {
+  std::string out;
+  for (; !text.empty(); text.remove_prefix(first_letter(text).bytes)) {
+    const Letter letter = first_letter(text);
+    if (is_byte(letter.code))
+      out += char(letter.code - first_byte);
+    else
+      out += text.substr(0, letter.bytes);
+  }
+  return out;
+}
+
 bool controls_terminals(char32_t code) {
   return code < 0x20 || (code >= 0x7f && code < 0xa0) || (code >= 0x2028 && code <= 0x202e) ||
          (code >= 0x2066 && code <= 0x2069);

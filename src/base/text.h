@@ -20,6 +20,12 @@ inline constexpr char32_t no_letter = ~char32_t{0};  ///< of a byte that begins 
 /// The first letter of a text that is not empty.
 Letter first_letter(std::string_view text);
 
+/// Bytes as UTF-8, which JSON must be: each that is none, as in names of files, becomes the letter
+/// U+F700 + byte, of those for private use. Such a letter counts as bytes, too.
+std::string utf8_of_bytes(std::string_view bytes);
+/// The bytes again.
+std::string bytes_of_utf8(std::string_view text);
+
 /// Whether terminals act on it: controls (C0, DEL, C1), and what breaks or turns lines.
 bool controls_terminals(char32_t code);
 

@@ -95,8 +95,8 @@ std::string text_of(const Parameter& p, const std::optional<T>& value) {
 
 using nlohmann::json;
 
-// nlohmann-json prints the shortest digits that read back as the same double. A file name need not
-// be UTF-8, which JSON must.
+// nlohmann-json prints the shortest digits that read back as the same double. What is not UTF-8 is
+// a fault of a JSON file's, and replaced.
 std::string dumped(const json& value) {
   return value.dump(-1, ' ', false, json::error_handler_t::replace);
 }
@@ -233,7 +233,7 @@ std::string parameter_text(const Scene& scene, std::string_view name) {
 std::string to_json(const Scene& scene) {
   std::string out = "{";
   for (const Parameter& p : parameters()) {
-    const std::string value = dumped(json_of(p, parameter_text(scene, p)));
+    const std::string value = dumped(json_of(p, utf8_of_bytes(parameter_text(scene, p))));
     out += (out.size() > 1 ? ",\n  \"" : "\n  \"") + p.name + "\": " + value;
   }
   return out + "\n}\n";
@@ -256,7 +256,7 @@ Scene scene_from_json(std::string_view text, std::string_view source) {
     if (const std::string problem = p ? text_problem(*p, value) : ""; !problem.empty())
       fail(problem);
     try {
-      set_parameter(scene, name, p ? command_line_text(*p, value) : "");
+      set_parameter(scene, name, p ? bytes_of_utf8(command_line_text(*p, value)) : "");
     } catch (const Error& error) {
       fail(error.what());
     }
