@@ -344,19 +344,6 @@ TEST(PlanMarch, AnImpatientCallerEndsItWithinATrial) {
   EXPECT_EQ(left, 0);
 }
 
-TEST(PlanWithin, MoreTimeLessError) {
-  const View view = blobs_view(true);
-  const MediumAtlas atlas = build_medium_atlas(view);
-  double before = 1e30;
-  for (const double budget : {0.5, 1.0, 4.0, 1000.0}) {
-    const MarchPlan plan = plan_within(view, atlas, budget);
-    EXPECT_LE(plan.chosen.rms, before);
-    before = plan.chosen.rms;
-  }
-  EXPECT_EQ(plan_within(view, atlas, 1000).march->view.scene.sampling, Sampling::cells);
-  EXPECT_FALSE(plan_within(view, atlas, 1e-6).reached);
-}
-
 TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {
   const View view = with_tolerance(blobs_view(true), 1e-3);
   MarchPlan plan = plan_march(view, build_medium_atlas(view));
