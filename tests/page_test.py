@@ -1,11 +1,10 @@
 """Opens a study's pages in headless Chromium and reads what a user sees: page_test.py FOLDER.
 
-FOLDER holds the pages study/ and summary/. The browser is driven over the WebDriver protocol.
+FOLDER holds the page study/. The browser is driven over the WebDriver protocol.
 Screenshots stay in FOLDER.
 """
 
 import json
-import math
 import pathlib
 import re
 import sys
@@ -45,13 +44,6 @@ class Plot:
 
     def point(self, name, entry):
         return next(p for p in self.points() if p["name"] == name and entry in p["entries"])
-
-    def loneliest(self):
-        """The point that is farthest from its nearest neighbour."""
-        points = [p for p in self.points() if p["name"]]
-        places = {tuple(p["at"]) for p in points}
-        return max(points, key=lambda p: min(
-            (math.dist(p["at"], place) for place in places if place != tuple(p["at"])), default=0))
 
     def axes(self):
         return self.run("return ['x', 'y'].map(axis => [chart.scales[axis].min, chart.scales[axis].max])")
@@ -179,14 +171,6 @@ def main(folder):
         expect(turning == (folder / "study/turning.html").as_uri(), f"the page links to {turning}")
         size = (folder / "study/turning.html").stat().st_size
         expect(size <= 2e6, f"the page that turns has {size} bytes")
-        test_phone(browser, folder / "summary/index.html")
-
-        browser.open(folder / "summary/index.html")
-        plot = Plot(browser, "needs-samples")
-        expect("psi-exact uniform" in plot.names(), f"the summary's plot has {plot.names()}")
-        point = plot.loneliest()
-        browser.pointer(point["at"])
-        expect(point["name"] in (tip(browser) or {"text": ""})["text"], f"the summary's tooltip lacks {point['name']}")
         requested = browser.run("return performance.getEntriesByType('resource').map(r => r.name)")
         expect(all(name.startswith("data:") for name in requested), f"the page asks for {requested}")
         expect(not browser.log(), f"the page complains: {browser.log()}")

@@ -105,15 +105,12 @@ cp whole/pictures/psi-exact_step_0.5.png other.png
 run 0 "" "${sweep[@]}" -o foreign --resume --add other=other.png
 sed -i "s/\"other\"/\"${evil/\"/}\"/" foreign/results.json
 run 0 "" "${sweep[@]}" -o foreign --resume
-cp -r whole "$evil"
-run 0 "" --summary "$evil,ended" -o strange
-for page in foreign strange whole; do
+for page in foreign whole; do
   ! grep -qF '<img src=x' $page/index.html || fail "$page: a name is markup"
   grep -q 'http-equiv="Content-Security-Policy" content="default-src .none.;' $page/index.html ||
     fail "$page: no policy"
 done
-grep -qF '&lt;img src=x' foreign/index.html && grep -qF '&lt;img src=x' strange/index.html ||
-  fail "a name is not shown"
+grep -qF '&lt;img src=x' foreign/index.html || fail "a name is not shown"
 grep -q 'Content-Security-Policy' whole/turning.html || fail "turning.html: no policy"
 
 # --- a study file, and refused options -----------------------------------------------------------
@@ -210,13 +207,6 @@ awk -F, -v broken="$(errors broken)" -v sound="$(errors sound)" 'BEGIN {
   exit !(b[1] == s[1] && s[2] > 0 && s[2] < 1e-6 && b[2] > 1000 * s[2]) }' ||
   fail "a broken rule's errors are $(errors broken), a sound one's $(errors sound)"
 
-# --- the rules alone ---------------------------------------------------------------------------
-run 0 "" --psi -o psi -q
-# 11 rules, end opacities and lengths, against the exact rule and float against double
-[ "$(wc -l <psi/psi.csv)" = 45 ] || fail "psi.csv has $(wc -l <psi/psi.csv) lines, expected 45"
-[ "$(grep -o 'data:image/png;base64' psi/index.html | wc -l)" = 132 ] || fail "psi/index.html lacks pictures"
-grep -q '^psi-exact,opacities,rule,0,0,0,0,0,0$' psi/psi.csv || fail "psi-exact is not psi-exact"
-
 # --- tolerances ---------------------------------------------------------------------------------
 run 0 "" "${sweep[@]}" -o asked --integrators midpoint --segments 1 --steps 1 --tolerances 1e-2,1e-4
 [ "$(rows asked)" = 4 ] || fail "asked: $(rows asked) rows, expected 4"
@@ -228,22 +218,11 @@ before=$(md5sum asked/results.csv)
 run 0 "" "${sweep[@]}" -o asked --integrators midpoint --segments 1 --steps 1 --tolerances 1e-2,1e-4 --resume
 [ "$before" = "$(md5sum asked/results.csv)" ] || fail "resuming a study of tolerances changed it"
 
-# --- their orders, several studies side by side, resolutions --------------------------------------
-run 0 "" --orders -o orders -q
-for file in orders.csv orders.json orders.md index.html order-step.svg order-step-inside.svg \
-  order-voxel.svg order-pixel.svg; do
-  [ -s "orders/$file" ] || fail "no orders/$file"
-done
-[ "$(grep -o '<section class="plot"' orders/index.html | wc -l)" = 5 ] || fail "orders/index.html lacks plots"
-grep -q '^| step | from inside | psi-balanced, end corrections | 3 | 4 | \(3\.9\|4\.0\)' orders/orders.md ||
-  fail "psi-balanced is not of fourth order: $(grep corrections orders/orders.md)"
-run 2 "excludes --orders" --orders --psi -o both
-# no kind of study replaces the page of another, or one that is not psivox's
+# --- a page that stands, resolutions ---------------------------------------------------------------
+# a study does not replace a page that is not its own
 mkdir web && echo mine >web/index.html
-for kind in --psi "--summary whole" "${sweep[*]}"; do
-  run 2 "'orders' holds an index.html; give another folder with -o" $kind -o orders
-  run 2 "'web' holds an index.html" $kind -o web
-done
+run 2 "'web' holds an index.html; give another folder with -o" "${sweep[@]}" -o web
+run 2 "'web' holds an index.html" --suite -o web
 [ "$(cat web/index.html)" = mine ] || fail "web/index.html was replaced"
 
 run 0 "" "${sweep[@]}" -o sizes --resolutions 24x24,48x16 --integrators psi-exact --segments 1,2
@@ -254,14 +233,6 @@ done
   fail "sizes: $(columns sizes resolution | sort | uniq -c)"
 # an error like that of step 1 shows that each picture was compared with a reference of its own size
 columns sizes rms | awk '!($1 < 1e-2) { exit 1 }' || fail "sizes: errors of another size's reference"
-
-run 0 "" --summary whole,killed3/ -o summary
-[ "$(wc -l <summary/needs.csv)" = 41 ] || fail "needs.csv has $(wc -l <summary/needs.csv) lines, expected 41"
-grep -q '^| rule, sampling | whole | killed3 |' summary/needs.md || fail "needs.md lacks its studies"
-for file in needs-samples.svg needs-cpu.svg index.html; do
-  [ -s "summary/$file" ] || fail "no summary/$file"
-done
-run 3 "nowhere" --summary whole,nowhere -o summary2
 
 # --- other renderers ------------------------------------------------------------------------------
 # The camera for each of them is the scene's, and printing it needs no folder.
@@ -313,7 +284,7 @@ for json in '[{"name": "a",\n "picture": }]|line 2, column 13: ' '[{"name": 7, "
   run 2 "peers.json: " "${others[@]}" -o bad --peers peers.json
   grep -qF "${json#*|}" printed.txt && ! grep -q "json.exc" printed.txt || fail "$json: $(tail -n 1 printed.txt)"
 done
-run 2 "need a scene" --psi -o bad --add peer=their.exr
+run 2 "need a scene" --suite -o bad --add peer=their.exr
 ln -s "$assets/blobs.vdb" blobs.0001.vdb
 run 2 "one frame" blobs.####.vdb --frames 1 -o bad --add peer=their.exr
 # vdb_render's camera is psivox's: at steps of half a voxel their pictures differ by less than 1e-3,

@@ -314,34 +314,6 @@ TEST(Resume, OnlyTheSameStudyGoesOn) {
   EXPECT_TRUE(has(scene, "--resolution"));
 }
 
-// Four halvings: higher orders contribute at most 10 % of an order if the lengths are as fine as
-// here.
-TEST(Orders, AreThoseExpected) {
-  std::vector<OrderRow> rows = step_orders();
-  EXPECT_EQ(rows.size(), 2u * 3 * 11 + 3);
-  for (const auto& more : {voxel_orders(), pixel_orders()})
-    rows.insert(rows.end(), more.begin(), more.end());
-  for (const OrderRow& row : rows) {
-    std::printf("  %-30s %-17s K %-4g expected %s%g, observed %.3f, errors %.2e to %.2e\n",
-                row.way.c_str(), row.rays.c_str(), row.K, row.about ? "about " : "", row.expected,
-                row.observed(), row.fitted().front().second, row.fitted().back().second);
-    ASSERT_EQ(row.fitted().size(), 4u) << row.way;
-    // convergence_test bounds the error of an approximate Psi
-    EXPECT_NEAR(row.observed(), row.expected, row.about ? 0.5 : 0.1)
-        << row.way << ' ' << row.rays << ' ' << row.K;
-  }
-}
-
-TEST(Orders, AreFittedToTheFinestAboveRounding) {
-  std::vector<LengthError> errors;
-  for (double h = 1; h > 1.0 / 100; h /= 2) errors.emplace_back(h, 3 * h * h * h);
-  EXPECT_NEAR(fitted_order(errors), 3, 1e-12);
-  const auto fitted = finest_four(errors, 1e-4);
-  ASSERT_EQ(fitted.size(), 4u);
-  EXPECT_EQ(fitted.back().first, 1.0 / 16);  // 3/32^3 is 9e-5
-  EXPECT_EQ(finest_four(errors, 0.1).size(), 2u);
-}
-
 TEST(Plots, EveryPointNamesItsVariantAndItsEntriesOfTheLegend) {
   const StudyResults results = some_results();
   for (const Plot& plot : plots_of(results)) {

@@ -18,7 +18,7 @@ SuiteRow exact_row(double error) {
 
 /// Errors that fall by the order `observed`, at so many steps.
 OrderRow order_row(double expected, double observed, int points) {
-  OrderRow row{.rays = "scene", .way = "midpoint uniform", .expected = expected, .scatter = 0.35};
+  OrderRow row{.scene = "scene", .way = "midpoint uniform", .expected = expected};
   for (int i = 0; i < points; ++i) row.errors.emplace_back(std::exp2(-i), std::exp2(-observed * i));
   return row;
 }

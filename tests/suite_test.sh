@@ -5,7 +5,6 @@ tested=study
 . "$(dirname "$0")/cli_setup.sh"
 
 run 2 "small" --suite=huge -o bad
-run 2 "excludes" --suite --orders -o bad
 run 4 "--list-devices" --suite --device 99 -o bad -q
 run 0 ": all as expected." --suite -o suite
 for file in suite.csv suite.md index.html gaussian.svg spheres.png step.json suite-values.svg; do

@@ -12,7 +12,7 @@
 #include "figure.h"
 #include "march/shader_math.h"
 #include "scene/color.h"
-#include "study/suite.h"
+#include "smooth_ray.h"
 
 namespace psivox {
 namespace {

@@ -92,11 +92,6 @@ void check_foreign(const StudyOptions& options, const Scene& scene);
 /// settings to use.
 std::string run_study(View view, const StudyOptions& options);
 
-/// Compares what each rule and sampling needs for an RMS in several finished studies, given by
-/// their folders. Writes needs.csv, needs.md, plots and index.html to `out`. Throws Error(input).
-void run_summary(const std::vector<std::filesystem::path>& folders,
-                 const std::filesystem::path& out);
-
 /// The finished study of a sequence's frame.
 struct StudiedFrame {
   std::int64_t frame = 0;
@@ -109,15 +104,6 @@ struct StudiedFrame {
 /// frame. Throws Error(input).
 std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out);
-
-/// Studies the rules alone, on one segment of linear attenuation: the errors of Psi, zeta and the
-/// colour over the attenuation at both ends, in double against the exact rule and in float against
-/// double. Writes psi.csv, psi.md, pictures and index.html.
-void run_psi_study(const std::filesystem::path& folder, const Progress& progress = {});
-
-/// Measures orders of convergence in step, voxel and pixel, one at a time: the march in double over
-/// media given by formulas. Writes orders.csv, orders.json, orders.md, plots and index.html.
-void run_order_study(const std::filesystem::path& folder, const Progress& progress = {});
 
 /// Draws scenes whose truth is known by many methods and compares errors and orders of convergence
 /// with those expected. `full`: larger pictures, and Marschner and Lobb's signal as Weiss and

@@ -11,8 +11,7 @@
 #include "study/report.h"
 #include "study/results.h"
 
-// A summary of what several studies need to reach an RMS, and statistics over the frames of a
-// sequence.
+// What several studies need to reach an RMS, and statistics over the frames of a sequence.
 
 namespace psivox {
 namespace {
@@ -22,16 +21,6 @@ std::vector<double> plot_rms() {
   std::vector<double> all;
   for (int i = 0; i <= 9; ++i) all.push_back(std::pow(10, -2 - i / 3.0));
   return all;
-}
-
-std::vector<StudyResults> read_studies(const std::vector<std::filesystem::path>& folders) {
-  std::vector<StudyResults> studies;
-  for (const auto& folder : folders) {
-    const auto place = folder.has_filename() ? folder : folder.parent_path();
-    studies.push_back(read_results(folder));
-    studies.back().name = place.filename().string();
-  }
-  return studies;
 }
 
 /// The refinements of all studies, in the order of first appearance.
@@ -52,66 +41,18 @@ std::vector<Need> needs_in(const StudyResults& study, const Variant& refinement,
   return own;
 }
 
-using Amount = std::optional<double> Need::*;
+}  // namespace
 
-struct SummaryCost {
-  const char* name;
-  const char* title;
-  const char* axis;
-  Amount amount;
-  int decimals;
-};
-constexpr SummaryCost summary_costs[] = {
-    {"needs-samples", "Field look-ups per ray", "field look-ups per ray, geometric mean",
-     &Need::samples_per_ray, 0},
-    {"needs-cpu", "Processor time over that of midpoint, uniform, at RMS 1e-3",
-     "processor time over that of midpoint, uniform, at RMS 1e-3, geometric mean", &Need::cpu_ms,
-     2}};
-
-/// The divisor of a study's numbers, so that pictures and machines of different speed can be
-/// compared: 1 for look-ups, midpoint's time at 1e-3 for times.
-double unit_of(const StudyResults& study, const SummaryCost& cost) {
-  if (cost.amount == &Need::samples_per_ray) return 1;
-  for (const Need& need : needs_of(study, {1e-3}))
-    if (need.variant.method.integrator == Integrator::midpoint &&
-        need.variant.method.sampling == Sampling::uniform && need.cpu_ms)
-      return *need.cpu_ms;
-  return 0;
-}
-
-std::string amount_text(const Need& need, const SummaryCost& cost, double unit) {
-  // The time is 0 at a point that has not been timed.
-  if (!(need.*cost.amount) || *(need.*cost.amount) <= 0 || unit <= 0) return "–";
-  return (need.at_most ? "≤" : "") + decimals(*(need.*cost.amount) / unit, cost.decimals);
-}
-
-TextTable summary_table(const std::vector<StudyResults>& studies, const SummaryCost& cost) {
-  TextTable rows = {{"rule, sampling"}};
-  for (const StudyResults& study : studies) rows[0].push_back(study.name);
-  for (const Variant& refinement : refinements_of(studies)) {
-    rows.push_back({variant_name(refinement)});
-    for (const StudyResults& study : studies) {
-      std::string text;
-      for (const Need& need : needs_in(study, refinement, usual_rms))
-        text += (text.empty() ? "" : " / ") + amount_text(need, cost, unit_of(study, cost));
-      rows.back().push_back(text.empty() ? "–" : text);
-    }
-  }
-  return rows;
-}
-
-/// Geometric means over the studies, at every RMS that all of them reach.
-Plot summary_plot(const std::vector<StudyResults>& studies, const SummaryCost& cost) {
+Plot look_ups_plot(const std::vector<StudyResults>& studies) {
   const std::vector<double> rms = plot_rms();
   std::vector<PlotCurve> curves;
   for (const Variant& refinement : refinements_of(studies)) {
     std::vector<double> logs(rms.size(), 0);
     for (const StudyResults& study : studies) {
       const std::vector<Need> needs = needs_in(study, refinement, rms);
-      const double unit = unit_of(study, cost);
       for (std::size_t i = 0; i < rms.size(); ++i)
-        logs[i] += i < needs.size() && needs[i].*cost.amount && unit > 0
-                       ? std::log(*(needs[i].*cost.amount) / unit) / double(studies.size())
+        logs[i] += i < needs.size() && needs[i].samples_per_ray
+                       ? std::log(*needs[i].samples_per_ray) / double(studies.size())
                        : HUGE_VAL;
     }
     PlotCurve curve{refinement, {}};
@@ -121,27 +62,12 @@ Plot summary_plot(const std::vector<StudyResults>& studies, const SummaryCost& c
     if (!curve.points.empty()) curves.push_back(std::move(curve));
   }
   Plot plot = plot_of_curves(curves);
-  plot.name = cost.name;
-  plot.title =
-      "What an RMS takes: geometric mean of " + std::to_string(studies.size()) + " studies";
-  plot.x_label = cost.axis;
+  plot.x_label = "field look-ups per ray, geometric mean";
   plot.y_label = "RMS over R G B A against the reference";
   return plot;
 }
 
-std::string summary_csv(const std::vector<StudyResults>& studies) {
-  std::vector<Json> rows;
-  const auto cell = [](const std::optional<double>& n) { return n ? Json(*n) : Json(); };
-  for (const StudyResults& study : studies)
-    for (const Need& need : needs_of(study, usual_rms))
-      rows.push_back({{"study", study.name},
-                      {"variant", variant_name(need.variant)},
-                      {"rms", need.rms},
-                      {"samples_per_ray", cell(need.samples_per_ray)},
-                      {"cpu_ms", cell(need.cpu_ms)},
-                      {"at_most", need.at_most ? 1 : 0}});
-  return csv_text(rows);
-}
+namespace {
 
 /// One variant over all frames.
 struct FrameStatistics {
@@ -234,27 +160,6 @@ std::string conclusion_of(const SequenceStatistics& all) {
 }
 
 }  // namespace
-
-Plot look_ups_plot(const std::vector<StudyResults>& studies) {
-  return summary_plot(studies, summary_costs[0]);
-}
-
-void run_summary(const std::vector<std::filesystem::path>& folders,
-                 const std::filesystem::path& out) {
-  const std::vector<StudyResults> studies = read_studies(folders);
-  const WrittenFolder written = study_folder(out, false);
-  std::vector<Section> sections = {
-      {.text =
-           "The numbers are for an RMS of 1e-2 / 1e-3 / 1e-4 / 1e-5, interpolated between measured "
-           "points linearly in the logarithms. ≤: the coarsest point already reaches the RMS; –: "
-           "no point reaches it."}};
-  for (const SummaryCost& cost : summary_costs)
-    sections.push_back({.title = cost.title,
-                        .table = summary_table(studies, cost),
-                        .html = write_plot(summary_plot(studies, cost), out)});
-  write_text((out / "needs.csv").string(), summary_csv(studies));
-  write_sections(out, "needs", "psivox study --summary", sections);
-}
 
 std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out) {

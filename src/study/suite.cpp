@@ -112,12 +112,10 @@ class SuiteRun {
       if (is_cell_rule(method.integrator)) continue;
       const std::string way = variant_name(refinement(row.point.variant));
       if (result.orders.empty() || result.orders.back().way != way)
-        result.orders.push_back({.rays = result.scene.name,
+        result.orders.push_back({.scene = result.scene.name,
                                  .way = way,
-                                 .rule = method.integrator,
                                  .expected = expected_order(result.scene, method),
-                                 .floor = floor,
-                                 .scatter = 0.35});
+                                 .floor = floor});
       result.orders.back().errors.emplace_back(
           method.step > 0 ? method.step : 1.0 / method.segments, row.point.rms());
     }
@@ -183,7 +181,7 @@ ExactBound exact_bound(const SuiteScene& scene) {
 }
 
 std::string OrderRow::miss() const {
-  return rays + ": " + way + " has order " + decimals(observed(), 2) + ", expected " +
+  return scene + ": " + way + " has order " + decimals(observed(), 2) + ", expected " +
          number_text(expected);
 }
 
@@ -234,10 +232,7 @@ std::string run_suite(const std::filesystem::path& folder, bool full, int device
     run.forget();
     results.push_back(std::move(run.result));
   }
-  std::vector<OrderRow> rays = step_orders();
-  std::erase_if(rays, [](const OrderRow& row) { return row.K != 3; });
-  for (OrderRow& row : rays) row.rays = "smooth ray, " + row.rays;
-  return write_suite(results, rays, description(*gpu), folder);
+  return write_suite(results, description(*gpu), folder);
 }
 
 }  // namespace psivox

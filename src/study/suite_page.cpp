@@ -34,7 +34,6 @@ TextTable rules_table(const std::vector<SuiteResult>& results) {
 }
 
 std::string verdict(const OrderRow& row) {
-  if (row.about) return "approximates Ψ: not held";
   if (row.expected == 0) return "not held";
   if (!row.is_measured()) return "too few errors above rounding";
   return row.holds() ? "as expected" : "NOT AS EXPECTED";
@@ -44,7 +43,7 @@ TextTable orders_table(const std::vector<OrderRow>& rows) {
   TextTable table = {{"scene", "rule, sampling", "expected", "measured", "verdict"}};
   for (const OrderRow& row : rows)
     if (row.expected > 0 || row.is_measured())
-      table.push_back({row.rays, row.way, row.expected > 0 ? number_text(row.expected) : "none",
+      table.push_back({row.scene, row.way, row.expected > 0 ? number_text(row.expected) : "none",
                        row.is_measured() ? decimals(row.observed(), 2) : "–", verdict(row)});
   return table;
 }
@@ -99,80 +98,6 @@ std::string suite_csv(const std::vector<SuiteResult>& results) {
   return csv_text(rows);
 }
 
-// --- Moreland's numbers --------------------------------------------------------------------------
-
-struct Spot {
-  double a_f, a_b, opacity, psi;
-};
-
-/// RMS and largest magnitude of error(spot).
-template <typename Error>
-ErrorSum over(const std::vector<Spot>& spots, Error error) {
-  ErrorSum sum;
-  for (const Spot& spot : spots) sum.add(error(spot), 0);
-  return sum;
-}
-
-TextTable thesis_table() {
-  constexpr int n = 400;
-  std::vector<Spot> spots;
-  double weighted = 0, squares = 0;  // for the parabola's least squares
-  for (int i = 0; i < n * n; ++i) {
-    const double a_f = (i / n + 0.5) / n, a_b = (i % n + 0.5) / n;
-    const LinearOpacity segment{1 - a_f, 1 - a_b};
-    spots.push_back({a_f, a_b, 1 - segment.zeta(), segment.psi()});
-    const double d2 = (a_b - a_f) * (a_b - a_f);
-    weighted += d2 * (spots.back().opacity - 0.5 * (a_f + a_b));
-    squares += d2 * d2;
-  }
-  const auto psi_error = [&](double w) {
-    return over(spots, [=](const Spot& s) { return psi_65(s.a_f, s.a_b, w) - s.psi; });
-  };
-  const auto zeta_error = [&](double bend) {
-    return over(spots, [=](const Spot& s) { return opacity_64(s.a_f, s.a_b, bend) - s.opacity; });
-  };
-  double low = 0.2, high = 0.4;  // thirds: the RMS has one minimum there
-  while (high - low > 1e-4) {
-    const double a = low + (high - low) / 3, b = high - (high - low) / 3;
-    if (psi_error(a).rms() < psi_error(b).rms())
-      high = b;
-    else
-      low = a;
-  }
-  const auto row = [](const std::string& what, double printed, double fitted, const auto& error) {
-    const ErrorSum theirs = error(printed), ours = error(fitted);
-    const auto text = [](const ErrorSum& e) {
-      return decimals(e.rms(), 4) + ", " + decimals(e.max, 3);
-    };
-    return std::vector<std::string>{what,
-                                    number_text(printed),
-                                    decimals(fitted, 4),
-                                    decimals(fitted - printed, 4),
-                                    text(theirs),
-                                    text(ours)};
-  };
-  return {{"number", "printed", "least squares here", "difference", "RMS, max with the printed one",
-           "with ours"},
-          row("weight of the back end's opacity in Ψ, eq. 65", 0.27, 0.5 * (low + high), psi_error),
-          row("bend of the opacity, eq. 64", 0.108165, weighted / squares, zeta_error)};
-}
-
-/// Along the segments whose mean opacity is 1/2.
-TextTable cross_section_table() {
-  TextTable table = {
-      {"α front", "α back", "opacity", "eq. 64", "difference", "Ψ", "eq. 65", "difference"}};
-  for (int i = 0; i <= 8; ++i) {
-    const double a_b = std::clamp(i / 8.0, 1e-9, 1 - 1e-9), a_f = 1 - a_b;
-    const LinearOpacity segment{1 - a_f, 1 - a_b};
-    const double opacity = opacity_64(a_f, a_b), psi = psi_65(a_f, a_b);
-    table.push_back({decimals(a_f, 3), decimals(a_b, 3), decimals(1 - segment.zeta(), 4),
-                     decimals(opacity, 4), decimals(opacity - 1 + segment.zeta(), 4),
-                     decimals(segment.psi(), 4), decimals(psi, 4),
-                     decimals(psi - segment.psi(), 4)});
-  }
-  return table;
-}
-
 // --- plots ---------------------------------------------------------------------------------------
 
 StudyResults study_of(const SuiteResult& result, bool few_rules) {
@@ -215,16 +140,13 @@ constexpr char suite_intro[] =
     "GL driver named below. Times are processor times of one march; everything else is the same "
     "on every run.</p>\n";
 
-/// Orders on the smooth rays, and then in the scenes.
-std::vector<OrderRow> all_orders(const std::vector<SuiteResult>& results,
-                                 const std::vector<OrderRow>& rays) {
-  std::vector<OrderRow> all = rays;
+std::vector<OrderRow> all_orders(const std::vector<SuiteResult>& results) {
+  std::vector<OrderRow> all;
   for (const SuiteResult& r : results) std::ranges::copy(r.orders, std::back_inserter(all));
   return all;
 }
 
-std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
-                                 const std::vector<OrderRow>& rays) {
+std::vector<Section> sections_of(const std::vector<SuiteResult>& results) {
   return {
       {"Rules", "A segment lies between two samples, or is a part of a cell.", rules_table(results),
        Cells::words},
@@ -232,39 +154,28 @@ std::vector<Section> sections_of(const std::vector<SuiteResult>& results,
       {"Orders of convergence",
        "The error falls as a power of the step, which theory gives: the expected order. The "
        "measured one is the slope in logarithms over the finest four errors above four times "
-       "float32's rounding. Smooth rays have no voxels, and their integral is known to 1e-16; "
-       "there is no arithmetic in float32. In voxels the field has kinks at faces of cells, and no "
-       "rule between uniform samples keeps more than order 2.",
-       orders_table(all_orders(results, rays))},
+       "float32's rounding. The field has kinks at faces of cells, and no rule between uniform "
+       "samples keeps more than order 2.",
+       orders_table(all_orders(results))},
       {"Marschner and Lobb's signal",
        "As Weiss and Westermann (2021) measure it: PSNR over R G B A with a peak of 1, and the "
        "share of the absolute differences above powers of ten. preintegrated-fast is their 1-D "
        "pre-integration, preintegrated their 2-D one. psivox has neither a trapezoid nor a Simpson "
        "rule within intervals; cell-exact takes their place.",
        rows_table(results, true)},
-      {"Moreland's numbers",
-       "The thesis fits two numbers to segments of linear opacity. Here they are fitted to 400 x "
-       "400 pairs of end opacities by least squares.",
-       thesis_table()},
-      {"Along a cross-section", "The same approximations where the mean opacity is 1/2.",
-       cross_section_table()},
       {"All other pictures", "", rows_table(results, false)}};
 }
 
-std::vector<std::string> all_misses(const std::vector<SuiteResult>& results,
-                                    const std::vector<OrderRow>& rays) {
+std::vector<std::string> all_misses(const std::vector<SuiteResult>& results) {
   std::vector<std::string> misses;
-  for (const OrderRow& row : rays)
-    if (!row.holds()) misses.push_back(row.miss());
   for (const SuiteResult& r : results) std::ranges::copy(r.misses(), std::back_inserter(misses));
   return misses;
 }
 
-std::string conclusion_of(const std::vector<SuiteResult>& results,
-                          const std::vector<OrderRow>& rays, std::size_t misses) {
+std::string conclusion_of(const std::vector<SuiteResult>& results, std::size_t misses) {
   std::size_t rows = 0;
   for (const SuiteResult& r : results) rows += r.rows.size();
-  const auto orders = std::ranges::count_if(all_orders(results, rays), &OrderRow::is_held);
+  const auto orders = std::ranges::count_if(all_orders(results), &OrderRow::is_held);
   return std::to_string(results.size()) + " scenes, " + std::to_string(rows) + " pictures, " +
          std::to_string(orders) + " orders of convergence held: " +
          (misses == 0 ? "all as expected" : std::to_string(misses) + " not as expected") + ".";
@@ -305,11 +216,11 @@ Section scenes_section(const std::vector<SuiteResult>& results,
 
 }  // namespace
 
-std::string write_suite(const std::vector<SuiteResult>& results, const std::vector<OrderRow>& rays,
-                        const std::string& renderer, const std::filesystem::path& folder) {
-  const std::vector<std::string> misses = all_misses(results, rays);
-  const std::string conclusion = conclusion_of(results, rays, misses.size());
-  std::vector<Section> sections = sections_of(results, rays);
+std::string write_suite(const std::vector<SuiteResult>& results, const std::string& renderer,
+                        const std::filesystem::path& folder) {
+  const std::vector<std::string> misses = all_misses(results);
+  const std::string conclusion = conclusion_of(results, misses.size());
+  std::vector<Section> sections = sections_of(results);
   sections.insert(sections.begin(), first_section(conclusion, misses, results, renderer, folder));
   sections.push_back(scenes_section(results, folder));
   write_text((folder / "suite.csv").string(), suite_csv(results));
