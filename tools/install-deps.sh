@@ -20,7 +20,6 @@ packages=(
   # SHA-256 of a study's input
   nettle-dev
   # the plots of a study's page; the text of colour bars
-  libjs-chart.js
   libstb-dev fonts-dejavu-core
   # the Python package
   pybind11-dev python3-dev python3-numpy
