@@ -10,7 +10,7 @@
 #include <cmath>
 
 #include "image/canvas.h"
-#include "verify/made_fields.h"
+#include "made_fields.h"
 
 namespace psivox {
 namespace {

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
+#include "made_fields.h"
 #include "march_cases.h"
 #include "plan/light_through.h"
 #include "plan/pilot.h"
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

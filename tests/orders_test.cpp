@@ -9,13 +9,12 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "made_fields.h"
 #include "march/formula_march.h"
 #include "psivox/draw.h"
 #include "psivox/integrators.h"
 #include "smooth_ray.h"
 #include "study/suite.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -74,12 +73,16 @@ struct SuiteScene {
   std::vector<View> views;        ///< compared as one picture
   std::vector<Integrator> rules;  ///< between uniform samples
   std::vector<double> steps;      ///< [voxels]
-  /// The exact value of `channel` at the end of a ray; empty: only the reference knows it.
-  std::function<double(const WorldRay&)> truth{};
-  int channel = 3;
-  double tent = 0;  ///< half-width of the function's tents
+  double tent = 0;                ///< half-width of the function's tents
   bool touches_jump = false;
 };
+
+/// Moreland's picture of two spheres (2004, fig. 1.10): red before blue along z, both dense in the
+/// middle; they touch.
+struct Spheres {
+  Field density, color;
+};
+Spheres thesis_spheres();
 
 /// The scenes of the suite. Their transfer functions are written to `folder`.
 std::vector<SuiteScene> suite_scenes(bool full, const std::filesystem::path& folder);
@@ -111,13 +114,9 @@ ExactBound exact_bound(const SuiteScene& scene);
 struct SuiteResult {
   SuiteScene scene;
   double reference_bound = 0;  ///< the largest at any pixel
-  double truth_error = 0;      ///< largest difference of the reference from `truth`
   std::vector<SuiteRow> rows;
   std::vector<OrderRow> orders;  ///< over the steps or the segments of a cell
-  /// Pictures hold floats: a half unit in the last place of numbers below 1, for the picture and
-  /// for its voxels each.
-  double truth_bound() const { return reference_bound + 2 * 0x1p-24; }
-  std::uint64_t faults = 0;  ///< values that are NaN or Inf, and rays that stood still
+  std::uint64_t faults = 0;      ///< values that are NaN or Inf, and rays that stood still
   /// What is not as it must be, one sentence each.
   std::vector<std::string> misses() const;
 };

@@ -36,7 +36,6 @@ Json json_of(const SuiteResult& r) {
                             : medium.transfer ? Json("value")
                                               : Json()},
                {"reference_bound", r.reference_bound},
-               {"truth_error", r.scene.truth ? Json(r.truth_error) : Json()},
                {"orders", Json::array()},
                {"points", Json::array()}};
   for (const OrderRow& row : r.orders)
