@@ -87,7 +87,7 @@ bool parse(StudyCall& call, Arguments arguments) {
   CommandLine line(
       "study",
       "Renders a volume by many methods and measures the error and time of each. Writes "
-      "tables, plots, pictures and a page that shows them.",
+      "numbers, pictures and a page with tables and plots.",
       {"output", "integrators", "steps", "add", "camera-for", "resume", "quiet"},
       {"smoke.vdb -o study", "smoke.vdb -o study --resume --add 'cycles 1=cycles.exr,2050'",
        "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});

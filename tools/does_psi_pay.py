@@ -49,11 +49,12 @@ def study(psivox, data, out, name, view):
 def curves_of(points):
     """Points of one rule under one sampling, from coarse to fine, with their costs."""
     curves = {}
-    for p in points:
+    for p in sorted(points, key=lambda p: (-p.get("step", 0), p.get("segments", 0),
+                                           -p.get("tolerance", 0))):
         name = "chosen by tolerance" if "tolerance" in p else f"{p['integrator']}, {p['sampling']}"
         time = statistics.median(t["cpu"] for t in p["times_ms"])
         curves.setdefault(name, []).append((p["error"]["rms"], p["samples_per_ray"], time))
-    return {name: sorted(curve, key=lambda p: p[1]) for name, curve in curves.items()}
+    return curves
 
 
 def need(curve, rms, cost):

@@ -84,7 +84,7 @@ void check_study_folder(const std::filesystem::path& folder, bool resume);
 /// the study of the scene.
 void check_foreign(const StudyOptions& options, const Scene& scene);
 
-/// Runs the study of a view from make_view and writes tables, plots, pictures and index.html to the
+/// Runs the study of a view from make_view and writes pictures, numbers and index.html to the
 /// folder. It writes results.json and results.csv again after every point, so a study can be
 /// stopped at any time. When `stop` returns true, it writes the report of the finished points and
 /// throws Error(interrupted). Throws Error(usage) if the folder has other results or the sweep has
@@ -100,14 +100,14 @@ struct StudiedFrame {
 
 /// Compares the studies of a sequence's frames. Writes to `out`, for each method, the median, the
 /// least and the greatest RMS, number of field look-ups and processor time over the frames:
-/// frames.csv, frames.md and index.html. Returns a sentence: which method keeps 8 bits in every
+/// frames.csv, frames.json and index.html. Returns a sentence: which method keeps 8 bits in every
 /// frame. Throws Error(input).
 std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out);
 
 /// Draws scenes whose truth is known by many methods and compares errors and orders of convergence
 /// with those expected. `full`: larger pictures, and Marschner and Lobb's signal as Weiss and
-/// Westermann (2021) measure it. Writes suite.csv, suite.md, plots and index.html. Returns a
+/// Westermann (2021) measure it. Writes suite.csv, suite.json and index.html. Returns a
 /// sentence. Throws Error(verification) if an order or an error is not as it must be, when all is
 /// written.
 std::string run_suite(const std::filesystem::path& folder, bool full, int device,

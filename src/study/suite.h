@@ -121,7 +121,7 @@ struct SuiteResult {
   std::vector<std::string> misses() const;
 };
 
-/// Writes tables, plots and the page. Returns its first sentence. Throws Error(verification) if
+/// Writes numbers and the page. Returns its first sentence. Throws Error(verification) if
 /// something misses, when all is written.
 std::string write_suite(const std::vector<SuiteResult>& results, const std::string& renderer,
                         const std::filesystem::path& folder);

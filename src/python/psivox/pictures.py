@@ -311,7 +311,7 @@ def study(source, folder=None, *, add=None, repeats=3, split=True, resume=False,
           scene=None, camera=None, **keywords):
     """Draws one scene by many methods and measures the error and the time of each.
 
-    folder: for the tables, plots and pictures of `psivox study`; by default they are not kept.
+    folder: for what `psivox study` writes; by default it is not kept.
     add: pictures of other renderers by name, each a file, or a file and its time [ms].
     repeats: timed runs of each method, 1 to 1000.
     split: also measures step error and arithmetic error apart, which takes most of the time.
