@@ -178,14 +178,16 @@ def test_text(browser, folder):
     exact = next(p for p in results["points"] if p["integrator"] == "cell-exact")
     for part in ["Cheapest ways to an error", "Rules by samplings", "What an error takes", "All numbers",
                  "cell-exact: step 2, step 1, step 0.5", "Porter and Duff 1984", results["input"]["sha256"],
-                 results["date"], f"{exact['samples_per_ray']:.1f}", "Cite as: psivox", '"extinction": ']:
+                 results["date"], "peer 2 (foreign)", f"{exact['samples_per_ray']:.1f}", "Cite as: psivox", '"extinction": ']:
         expect(part in text, f"the page lacks {part}")
     links = browser.run("return [...document.querySelectorAll('main a')].map(a => a.getAttribute('href'))")
     expect(all(re.match(r"https://doi\.org/10|results\.(csv|json)$|turning\.html$|#$", link) for link in links),
            f"the page links to {links}")
-    # the reference and, of 9 settings, picture and difference
+    # the reference and, of 11 settings and another renderer, picture and difference
     loaded = browser.run("return [...document.querySelectorAll('main img')].filter(i => i.naturalWidth > 0).length")
-    expect(loaded == 1 + 2 * len(results["points"]), f"{loaded} pictures are shown")
+    expect(loaded == 1 + 2 * len(results["points"] + results["foreign"]), f"{loaded} pictures are shown")
+    expect(Plot(browser, "error-cpu").point("peer 2 (foreign)", "peer (foreign, time as given)"),
+           "another renderer is not in the plot of times")
     expect(browser.run("return document.querySelectorAll('.command span').length") > 3, "the command has no breaks")
 
 
