@@ -157,10 +157,6 @@ struct ForeignPoint {
 inline std::string shown_name(const ForeignPoint& point) {
   return point.picture.name + " (foreign)";
 }
-/// The renderer, without its setting.
-inline std::string renderer_name(const ForeignPoint& point) {
-  return point.picture.name.substr(0, point.picture.name.find(' '));
-}
 /// The name as that of a file, without extension.
 std::string file_name(const ForeignPicture& picture);
 
