@@ -10,8 +10,8 @@
 #include "float_march.h"
 #include "march/film.h"
 #include "march/march_double.h"
-#include "psivox/image.h"
 #include "psivox/draw.h"
+#include "psivox/image.h"
 #include "verify/case.h"
 
 namespace psivox {
