@@ -12,15 +12,6 @@ set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
 find_package(pugixml REQUIRED)
-# draws the plots of a study's page, which contains a copy of it
-find_file(PSIVOX_CHART_JS NAMES chart.min.js Chart.min.js chart.umd.min.js chart.umd.js
-  PATHS /usr/share/javascript /usr/share/nodejs /usr/lib/node_modules /usr/local/lib/node_modules
-  PATH_SUFFIXES chart.js chart.js/dist chartjs share/javascript/chart.js
-    lib/node_modules/chart.js/dist)
-if(NOT PSIVOX_CHART_JS)
-  message(FATAL_ERROR "Chart.js not found (Debian: libjs-chart.js; npm: chart.js); "
-    "-DPSIVOX_CHART_JS=FILE names its chart.umd.js")
-endif()
 # the text of colour bars: the library contains the font
 find_file(PSIVOX_FONT DejaVuSans.ttf
   PATHS /usr/share/fonts /usr/local/share/fonts /Library/Fonts
@@ -43,16 +34,18 @@ if(PSIVOX_GUARD)
   endif()
 endif()
 # MPI: several processes draw one picture. Optional.
-pkg_check_modules(PSIVOX_MPI_openmpi QUIET IMPORTED_TARGET ompi-c)
-pkg_check_modules(PSIVOX_MPI_mpich QUIET IMPORTED_TARGET mpich)
+if(PSIVOX_MPI)
+  pkg_check_modules(PSIVOX_MPI_openmpi QUIET IMPORTED_TARGET ompi-c)
+  pkg_check_modules(PSIVOX_MPI_mpich QUIET IMPORTED_TARGET mpich)
+endif()
 set(PSIVOX_MPIS "")
 foreach(mpi openmpi mpich)
-  if(PSIVOX_MPI_${mpi}_FOUND)
+  if(PSIVOX_MPI AND PSIVOX_MPI_${mpi}_FOUND)
     set(PSIVOX_MPI_${mpi} TRUE)
     list(APPEND PSIVOX_MPIS ${mpi})
   endif()
 endforeach()
-if(NOT PSIVOX_MPIS)
+if(PSIVOX_MPI AND NOT PSIVOX_MPIS)
   message(STATUS "psivox without MPI: a picture is drawn by one process "
     "(Debian: libopenmpi-dev, libmpich-dev)")
 endif()

@@ -39,41 +39,44 @@ install(FILES "${PROJECT_BINARY_DIR}/psivox.pc"
   DESTINATION "${CMAKE_INSTALL_LIBDIR}/pkgconfig" COMPONENT dev)
 
 # --- manual pages and completions, which the program prints ---------------------------------------
-set(help_dir "${PROJECT_BINARY_DIR}/help")
-set(help_files)
-# psivox_help_file(NAME arguments...): what psivox prints with these arguments
-function(psivox_help_file name)
-  set(compress)
-  if(name MATCHES "gz$")
-    set(compress | gzip -9n)
-  endif()
-  add_custom_command(OUTPUT "${help_dir}/${name}"
-    COMMAND psivox_program ${ARGN} ${compress} > "${help_dir}/${name}"
-    DEPENDS psivox_program VERBATIM)
-  set(help_files ${help_files} "${help_dir}/${name}" PARENT_SCOPE)
-endfunction()
-file(MAKE_DIRECTORY "${help_dir}")
-psivox_help_file(psivox.1.gz --help=man)
-foreach(command compare info render study verify view)
-  psivox_help_file(psivox-${command}.1.gz ${command} --help=man)
-endforeach()
-set(manual_pages ${help_files})
-foreach(shell bash zsh fish)
-  psivox_help_file(psivox.${shell} --help=${shell})
-endforeach()
-add_custom_target(psivox_help_files ALL DEPENDS ${help_files})
+# A program for another machine prints nothing here, unless an emulator runs it.
+if(NOT CMAKE_CROSSCOMPILING OR CMAKE_CROSSCOMPILING_EMULATOR)
+  set(help_dir "${PROJECT_BINARY_DIR}/help")
+  set(help_files)
+  # psivox_help_file(NAME arguments...): what psivox prints with these arguments
+  function(psivox_help_file name)
+    set(compress)
+    if(name MATCHES "gz$")
+      set(compress | gzip -9n)
+    endif()
+    add_custom_command(OUTPUT "${help_dir}/${name}"
+      COMMAND psivox_program ${ARGN} ${compress} > "${help_dir}/${name}"
+      DEPENDS psivox_program VERBATIM)
+    set(help_files ${help_files} "${help_dir}/${name}" PARENT_SCOPE)
+  endfunction()
+  file(MAKE_DIRECTORY "${help_dir}")
+  psivox_help_file(psivox.1.gz --help=man)
+  foreach(command compare info render study verify view)
+    psivox_help_file(psivox-${command}.1.gz ${command} --help=man)
+  endforeach()
+  set(manual_pages ${help_files})
+  foreach(shell bash zsh fish)
+    psivox_help_file(psivox.${shell} --help=${shell})
+  endforeach()
+  add_custom_target(psivox_help_files ALL DEPENDS ${help_files})
 
-install(FILES ${manual_pages} DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT psivox)
-install(FILES "${help_dir}/psivox.bash" RENAME psivox
-  DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT psivox)
-set(zsh_functions site-functions)
-if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
-  set(zsh_functions vendor-completions)  # Debian's place for packages
+  install(FILES ${manual_pages} DESTINATION "${CMAKE_INSTALL_MANDIR}/man1" COMPONENT psivox)
+  install(FILES "${help_dir}/psivox.bash" RENAME psivox
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/bash-completion/completions" COMPONENT psivox)
+  set(zsh_functions site-functions)
+  if(CMAKE_INSTALL_PREFIX STREQUAL "/usr")
+    set(zsh_functions vendor-completions)  # Debian's place for packages
+  endif()
+  install(FILES "${help_dir}/psivox.zsh" RENAME _psivox
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/${zsh_functions}" COMPONENT psivox)
+  install(FILES "${help_dir}/psivox.fish"
+    DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d" COMPONENT psivox)
 endif()
-install(FILES "${help_dir}/psivox.zsh" RENAME _psivox
-  DESTINATION "${CMAKE_INSTALL_DATADIR}/zsh/${zsh_functions}" COMPONENT psivox)
-install(FILES "${help_dir}/psivox.fish"
-  DESTINATION "${CMAKE_INSTALL_DATADIR}/fish/vendor_completions.d" COMPONENT psivox)
 
 # --- the desktop: its file type, the window, thumbnails -------------------------------------------
 set(desktop "${PROJECT_SOURCE_DIR}/assets/desktop")

@@ -6,8 +6,8 @@
 #include <cstring>
 
 #include "atlas/atlas.h"
+#include "made_fields.h"
 #include "resident_values.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

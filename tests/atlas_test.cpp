@@ -12,10 +12,10 @@
 #include <tuple>
 
 #include "field_voxels.h"
+#include "made_fields.h"
 #include "psivox/error.h"
 #include "reference_cases.h"
 #include "thrown.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -14,10 +14,9 @@
 #include <vector>
 
 #include "base/text_file.h"
+#include "made_fields.h"
 #include "scratch.h"
 #include "thrown.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "expect_near.h"
+#include "made_fields.h"
 #include "psivox/camera.h"
 #include "thrown.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -351,16 +351,11 @@ t 0 "drawn in" render "$S" -o parts.exr --mode isosurface --resolution 32x32 --m
 t 0 rms compare whole.exr parts.exr --max-abs 1e-6
 t 0 "200 pixels" render "$S" -o a.exr --step 4 --check-error 200 --resolution 20x10 -q
 t 0 '"layer_rms"' render "$S" -o a.exr --tolerance 1e-2 --aov error --stats - $R
-t 0 '"method"' render "$S" -o a.exr --time-budget 1000 --stats - $R
-t 0 "no march is expected" render "$S" -o a.exr --time-budget 1e-6 --resolution 32x32
 t 2 "itself" render "$S" -o a.exr --tolerance 1e-3 --step 1 $R
 t 2 "itself" render "$S" -o a.exr --tolerance 1e-3 --integrator midpoint $R
 t 2 "--filter exact" render "$S" -o a.exr --tolerance 1e-3 --filter hardware $R
 t 2 - render "$S" -o a.exr --tolerance 0 $R
 t 2 - render "$S" -o a.exr --check-error 0 $R
-t 2 "chooses --step itself" render "$S" -o a.exr --time-budget 10 --step 1 $R
-t 2 "exclude each other" render "$S" -o a.exr --time-budget 10 --tolerance 1e-3 $R
-t 2 "does not march" render "$S" -o a.exr --time-budget 10 --renderer reference $R
 t 2 "did you mean psi-weighted?" render "$S" -o a.exr --integrator psi-wieghted $R
 for filter in exact hardware; do
   for texel in float32 float16; do
@@ -434,7 +429,6 @@ t 0 rms compare both.png moved.again/both.png --max-rms 1e-9
 t 3 "none.vdb: no such file" render "$S" -o a.exr --and none.vdb $R
 t 2 "no 'zoom' of its own; it may have grid, scale" render "$S" -o a.exr --and "$S zoom=2" $R
 t 2 "is for one volume; leave out --and" study "$S" -o several --and "$S" -q
-t 2 "is for one volume; leave out --and" render "$S" -o a.exr --and "$S" --time-budget 100 $R
 t 0 "the picture has no light" render "$S" -o a.exr --memory-limit 1500K --resolution 32x32
 t 6 "only volumes without --and are drawn in parts" render "$S" -o a.exr --and "$S" --memory-limit 600K $R
 t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout whole.exr $R
@@ -454,7 +448,6 @@ t 2 "leave out the others" render "$S" -o a.exr --aov deep,depth $R
 t 2 "take --mode alpha" render "$S" -o a.exr --aov deep --mode mip $R
 t 2 "leave out --background" render "$S" -o a.exr --aov deep --background white $R
 t 2 "--aov deep chooses --step itself" render "$S" -o a.exr --aov deep --step 1 $R
-t 2 "leave out --time-budget" render "$S" -o a.exr --aov deep --time-budget 10 $R
 t 2 "--half has too few digits" render "$S" -o a.exr --aov deep --half $R
 t 2 "not available with --renderer reference" render "$S" -o a.exr --aov deep --renderer reference $R
 t 6 "needs the whole volume in one part" render "$S" -o a.exr --aov deep --memory-limit 300K --look plain $R

@@ -7,12 +7,11 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "made_fields.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

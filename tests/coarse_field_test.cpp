@@ -4,9 +4,9 @@
 
 #include "blobs_scene.h"
 #include "field_voxels.h"
+#include "made_fields.h"
 #include "medium/map_field.h"
 #include "psivox/draw.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -12,10 +12,10 @@
 #include "code_cases.h"
 #include "field_voxels.h"
 #include "light_cases.h"
+#include "made_fields.h"
 #include "march/atlas_march.h"
 #include "march_cases.h"
 #include "scratch.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

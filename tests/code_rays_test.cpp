@@ -9,9 +9,9 @@
 #include "atlas/brick_code.h"
 #include "code_cases.h"
 #include "light_cases.h"
+#include "made_fields.h"
 #include "march/march_double.h"
 #include "resident_values.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

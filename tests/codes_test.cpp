@@ -10,10 +10,10 @@
 #include "code_cases.h"
 #include "field/leaf_values.h"
 #include "light_cases.h"
+#include "made_fields.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "resident_values.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {
@@ -193,7 +193,7 @@ double expect_within(const View& view) {
   EXPECT_LE(drawn.plan->chosen.rms, tolerance);
   const CheckedError error = session.check_error(drawn.image, 64 * 64);
   EXPECT_LE(error.rms, tolerance);
-  EXPECT_LE(error.max, 12.5 * tolerance);  // as docs/notes/tolerances.md has it for float32
+  EXPECT_LE(error.max, 12.5 * tolerance);  // as docs/notes/decisions.md has it for float32
   Wish full;
   full.scene = view.scene;
   full.scene->texel = TexelType::float32;

@@ -11,8 +11,8 @@
 #include <cmath>
 
 #include "image/canvas.h"
+#include "made_fields.h"
 #include "medium/label_function.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -1,5 +1,5 @@
 // Errors of the march in double over fields that are formulas, beside other rules' and another
-// program's. study_test has the orders of convergence that docs/method.md promises of each rule.
+// program's. orders_test has the orders of convergence that docs/method.md promises of each rule.
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 #include "base/statistics.h"
 #include "march/formula_march.h"
 #include "psivox/integrators.h"
-#include "study/suite.h"
+#include "smooth_ray.h"
 
 namespace psivox {
 namespace {

@@ -342,7 +342,7 @@ TEST_F(DeepPicture, IsHeldOutAsByDepths) {
 
 TEST_F(DeepPicture, RefusesInOneLine) {
   const auto refused = [&](const Scene& scene, const std::vector<std::string>& layers = {"deep"}) {
-    return usage_error([&] { check_picture(scene, layers, false); });
+    return usage_error([&] { check_picture(scene, layers); });
   };
   for (const Mode mode :
        {Mode::mip, Mode::isosurface, Mode::xray, Mode::slice, Mode::back_to_front}) {

@@ -4,12 +4,12 @@
 
 #include <algorithm>
 
+#include "made_fields.h"
 #include "march_cases.h"
 #include "plan/light_through.h"
 #include "plan/pilot.h"
 #include "psivox/draw.h"
 #include "psivox/parameters.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {
@@ -342,19 +342,6 @@ TEST(PlanMarch, AnImpatientCallerEndsItWithinATrial) {
   };
   EXPECT_THROW(plan_march(view, atlas, end), Enough);
   EXPECT_EQ(left, 0);
-}
-
-TEST(PlanWithin, MoreTimeLessError) {
-  const View view = blobs_view(true);
-  const MediumAtlas atlas = build_medium_atlas(view);
-  double before = 1e30;
-  for (const double budget : {0.5, 1.0, 4.0, 1000.0}) {
-    const MarchPlan plan = plan_within(view, atlas, budget);
-    EXPECT_LE(plan.chosen.rms, before);
-    before = plan.chosen.rms;
-  }
-  EXPECT_EQ(plan_within(view, atlas, 1000).march->view.scene.sampling, Sampling::cells);
-  EXPECT_FALSE(plan_within(view, atlas, 1e-6).reached);
 }
 
 TEST(Confirm, TheEstimateIsOfWhatTheDeviceDrew) {

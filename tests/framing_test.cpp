@@ -8,10 +8,9 @@
 #include <glm/geometric.hpp>
 
 #include "expect_near.h"
+#include "made_fields.h"
 #include "psivox/medium.h"
 #include "psivox/picture_file.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

@@ -7,10 +7,10 @@
 #include <random>
 #include <string>
 
+#include "made_fields.h"
 #include "psivox/medium.h"
 #include "scene/transfer_function.h"
 #include "scratch.h"
-#include "verify/made_fields.h"
 
 // Shared by the tests of functions of value and gradient.
 

@@ -7,11 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "made_fields.h"
 #include "march/light.h"
 #include "march/march_double.h"
 #include "march/medium_atlas.h"
 #include "scratch.h"
-#include "verify/made_views.h"
 
 // Shared by the tests of light.
 

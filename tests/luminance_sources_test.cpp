@@ -10,6 +10,7 @@
 #include <string>
 
 #include "field_voxels.h"
+#include "made_fields.h"
 #include "medium/luminance_sources.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
@@ -18,12 +19,11 @@
 #include "scene/transfer_function.h"
 #include "scratch.h"
 #include "thrown.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {
 
-std::shared_ptr<const Field> share(Field field, const char* name = "density") {
+std::shared_ptr<const Field> shared(Field field, const char* name = "density") {
   field.name = name;
   return std::make_shared<const Field>(std::move(field));
 }
@@ -80,7 +80,7 @@ TEST(LuminanceSources, ColoursOfBytesAreCodes) {
 TEST(TransferSource, ColoursAreTheLuminance) {
   Scene scene = scene_by(coloured);
   scene.luminance = glm::dvec3(1, 2, 3);
-  const View view = make_view(scene, share(ramp()), nullptr);
+  const View view = make_view(scene, shared(ramp()), nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::transfer);
   ASSERT_TRUE(view.medium.transfer);
   EXPECT_EQ(view.medium.transfer->points().size(), 3u);
@@ -90,9 +90,9 @@ TEST(TransferSource, ColoursAreTheLuminance) {
 
 TEST(TransferSource, WithoutColoursLuminanceComesFromElsewhere) {
   Scene scene = scene_by(plain);
-  const auto density = share(ramp());
+  const auto density = shared(ramp());
   EXPECT_EQ(make_view(scene, density, nullptr).medium.source, LuminanceSource::constant);
-  const View other = make_view(scene, density, share(ramp(), "heat"));
+  const View other = make_view(scene, density, shared(ramp(), "heat"));
   EXPECT_EQ(other.medium.source, LuminanceSource::scalar);
   EXPECT_TRUE(other.medium.transfer);
   // L is the density itself, but negative light is clamped to none.
@@ -106,25 +106,25 @@ TEST(TransferSource, ColoursAndAGridAreTooMuch) {
   Scene scene = scene_by(coloured);
   scene.luminance_grid = "density";
   const std::string text =
-      error_of(ExitCode::usage, [&] { make_view(scene, share(ramp()), nullptr); });
+      error_of(ExitCode::usage, [&] { make_view(scene, shared(ramp()), nullptr); });
   EXPECT_TRUE(has(text, "--luminance-grid"));
 }
 
 TEST(Colormap, TakesTheActiveRange) {
   Scene scene;
   scene.colormap = Colormap::gray;
-  const View view = make_view(scene, share(ramp()), nullptr);
+  const View view = make_view(scene, shared(ramp()), nullptr);
   EXPECT_EQ(view.scene.range, glm::dvec2(-1, 3));
   EXPECT_EQ(view.medium.source, LuminanceSource::transfer);
   EXPECT_EQ(view.medium.transfer->at(3).color, glm::dvec3(1));
   EXPECT_EQ(view.medium.transfer->at(3).attenuation, 3);
   EXPECT_EQ(view.medium.transfer->at(-1).attenuation, 0);
   const Scene again = scene_from_json(to_json(view.scene));
-  EXPECT_EQ(to_json(make_view(again, share(ramp()), nullptr).scene), to_json(view.scene));
+  EXPECT_EQ(to_json(make_view(again, shared(ramp()), nullptr).scene), to_json(view.scene));
 
   // With a single value the range goes from 0 to it.
   const auto one = [](float value) {
-    return share(make_field({{0, 0, 0}, {7, 7, 7}}, [=](glm::ivec3) { return value; }));
+    return shared(make_field({{0, 0, 0}, {7, 7, 7}}, [=](glm::ivec3) { return value; }));
   };
   EXPECT_EQ(make_view(scene, one(2), nullptr).scene.range, glm::dvec2(0, 2));
   EXPECT_EQ(make_view(scene, one(-2), nullptr).scene.range, glm::dvec2(-2, 0));
@@ -133,7 +133,7 @@ TEST(Colormap, TakesTheActiveRange) {
 
 TEST(AutoExtinction, MeasuresWhatTheFunctionMakesOfValues) {
   Scene scene = scene_by(plain);
-  const auto slab = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3) { return 0.5f; }));
+  const auto slab = shared(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3) { return 0.5f; }));
   // attenuation 1: every line has 16; the sums run over voxels, so they are exact within rounding
   EXPECT_NEAR(*make_view(scene, slab, nullptr).scene.extinction, 3 / 16.0, 1e-12);
   // attenuation of 0 is 0.5: 17 voxels across the domain, plus 0.5 + 0.5 * 0.5 / 3 in the slab's 16
@@ -145,7 +145,7 @@ TEST(AutoExtinction, MeasuresWhatTheFunctionMakesOfValues) {
 TEST(PreClassification, MapsVoxels) {
   const Scene scene = scene_by(coloured, Classification::pre);
   const Field field = ramp();
-  const View view = make_view(scene, share(field), nullptr);
+  const View view = make_view(scene, shared(field), nullptr);
   EXPECT_EQ(view.medium.transfer, nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::vector);
   const TransferFunction function = read_transfer_function(scene.transfer_function);
@@ -168,7 +168,7 @@ TEST(PreClassification, FillsTheDomainWhereNothingAttenuates) {
   const Field other = make_field({{8800, 0, 0}, {8807, 7, 7}}, [](glm::ivec3) { return 3.f; });
   field.active_box.max = other.active_box.max;
   field.leaves.push_back(other.leaves[0]);
-  const View view = make_view(scene, share(field), nullptr);
+  const View view = make_view(scene, shared(field), nullptr);
   for (const Field* mapped : {view.medium.density.get(), view.medium.luminance.get()}) {
     const float nothing = mapped->channels == 1 ? 0.5f : 1.0f;
     for (const int x : {-1, 8, 100, 127, 128, 4095, 4096, 8191, 8192, 8799, 8808})
@@ -194,7 +194,7 @@ TEST(PreClassification, ColoursReachTheCornersOfCells) {
     {"value": 0, "attenuation": 0, "color": [1, 1, 1]},
     {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})",
                                Classification::pre);
-  const View view = make_view(scene, share(ramp()), nullptr);
+  const View view = make_view(scene, shared(ramp()), nullptr);
   EXPECT_TRUE(view.medium.density->tiles.empty());
   EXPECT_EQ(view.medium.luminance->tiles.size(), 26u);
   EXPECT_EQ(voxel(*view.medium.luminance, {-1, 8, 3}, 1), 1.0f);
@@ -205,10 +205,10 @@ TEST(Temperature, IsABlackBodysAtVoxels) {
   scene.temperature_grid = "heat";
   scene.temperature_scale = 1000;
   scene.temperature_offset = 500;
-  const auto density = share(make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 1.f; }));
+  const auto density = shared(make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 1.f; }));
   const Field heat =
       make_field({{0, 0, 0}, {3, 3, 3}}, [](glm::ivec3 v) { return static_cast<float>(v.x); });
-  const View view = make_view(scene, MediumFields{density, nullptr, share(heat, "heat")});
+  const View view = make_view(scene, MediumFields{density, nullptr, shared(heat, "heat")});
   EXPECT_EQ(view.medium.source, LuminanceSource::vector);
   const Field& light = *view.medium.luminance;
   for (int x = 1; x < 4; ++x)
@@ -221,7 +221,7 @@ TEST(Temperature, IsABlackBodysAtVoxels) {
   const Field vectors =
       make_vector_field({{0, 0, 0}, {3, 3, 3}}, [](glm::ivec3) { return glm::vec3(1); });
   EXPECT_NE(input_error([&] {
-              make_view(scene, MediumFields{density, nullptr, share(vectors, "heat")});
+              make_view(scene, MediumFields{density, nullptr, shared(vectors, "heat")});
             }),
             "no error");
 }
@@ -233,9 +233,9 @@ TEST(Modes, LookAtTheirTermsOnly) {
   scene.luminance_grid = "heat";
   scene.luminance = glm::dvec3(1, 2, 3);
   scene.lights = {{}};
-  const auto density = share(ramp());
+  const auto density = shared(ramp());
   const MediumFields fields{
-      density, share(ramp(), "heat"), nullptr, {{&emission_options[0], share(ramp(), "fire")}}};
+      density, shared(ramp(), "heat"), nullptr, {{&emission_options[0], shared(ramp(), "fire")}}};
   const View alpha = make_view(scene, fields);
   ASSERT_EQ(alpha.medium.emission.size(), 1u);
   EXPECT_EQ(alpha.medium.emission[0].field, fields.emission.at(0).field);
@@ -265,29 +265,29 @@ TEST(Modes, IsovalueIsTheMiddleOrADistance) {
   const double below = 4e-6 * 3;  // of the greatest value, so that a plateau is no surface
   Scene scene;
   scene.mode = Mode::isosurface;
-  View view = make_view(scene, share(ramp()), nullptr);
+  View view = make_view(scene, shared(ramp()), nullptr);
   EXPECT_EQ(view.medium.surfaces.front().isovalue, 1 - below);  // the middle of -1 and 3
   EXPECT_EQ(view.scene.isovalue.front().value, 1);
   scene.isovalue = {{-0.5}};
-  EXPECT_EQ(make_view(scene, share(ramp()), nullptr).medium.surfaces.front().isovalue,
+  EXPECT_EQ(make_view(scene, shared(ramp()), nullptr).medium.surfaces.front().isovalue,
             -0.5 - below);
 
   Field level_set = ramp();
   level_set.half_width = 1.5;
-  view = make_view(scene, share(level_set), nullptr);
+  view = make_view(scene, shared(level_set), nullptr);
   EXPECT_EQ(view.scene.isovalue.front().value, -0.5);
   EXPECT_EQ(view.medium.surfaces.front().isovalue, 2 - below);  // 0.5 inside
   scene.isovalue.clear();
-  view = make_view(scene, share(level_set), nullptr);
+  view = make_view(scene, shared(level_set), nullptr);
   EXPECT_EQ(view.scene.isovalue.front().value, 0);
   EXPECT_EQ(view.medium.surfaces.front().isovalue, 1.5 - below);
   scene.isovalue = {{1.5}};
-  EXPECT_NE(usage_error([&] { make_view(scene, share(level_set), nullptr); }), "no error");
+  EXPECT_NE(usage_error([&] { make_view(scene, shared(level_set), nullptr); }), "no error");
 
   // The function's colour at the surface, where the value is constant.
   scene.isovalue = {{1}};
   scene.transfer_function = scene_by(coloured).transfer_function;
-  view = make_view(scene, share(ramp()), nullptr);
+  view = make_view(scene, shared(ramp()), nullptr);
   EXPECT_EQ(view.medium.transfer, nullptr);
   EXPECT_EQ(view.medium.source, LuminanceSource::constant);
   EXPECT_EQ(view.medium.surfaces.front().color, glm::dvec3(1, 0.5, 0.25));
@@ -300,17 +300,17 @@ TEST(Centering, CellShiftsEveryGridByHalfAVoxel) {
   const Field ones = make_field({{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3) { return 1.f; });
   Field fire = ones;
   fire.world_from_index = glm::dmat4(glm::dmat3(3));
-  const auto density = share(ones);
+  const auto density = shared(ones);
   const View view = make_view(
       scene,
-      MediumFields{density, density, nullptr, {{&emission_options[0], share(fire, "fire")}}});
+      MediumFields{density, density, nullptr, {{&emission_options[0], shared(fire, "fire")}}});
   EXPECT_EQ(view.medium.density->world_from_index[3], glm::dvec4(0.5, 0.5, 0.5, 1));
   EXPECT_EQ(view.medium.emission.at(0).field->world_from_index[3], glm::dvec4(1.5, 1.5, 1.5, 1));
   EXPECT_EQ(view.medium.source, LuminanceSource::density);
   scene.centering = Centering::node;
   const View node = make_view(
       scene,
-      MediumFields{density, density, nullptr, {{&emission_options[0], share(fire, "fire")}}});
+      MediumFields{density, density, nullptr, {{&emission_options[0], shared(fire, "fire")}}});
   // The camera frames both; the fire is the larger. Its target, about 12, is rounded a few times.
   const glm::dvec3 moved = *view.scene.camera_target - *node.scene.camera_target;
   EXPECT_LE(glm::length(moved - glm::dvec3(1.5)), 1e-14);
@@ -320,7 +320,7 @@ TEST(Light, AloneIsAllTheLuminance) {
   Scene scene;
   scene.lights = {{{0, 0, -2}, {1, 2, 3}}};
   scene.albedo = glm::dvec3(0.5);
-  const auto density = share(ramp());
+  const auto density = shared(ramp());
   View view = make_view(scene, density, nullptr);
   EXPECT_EQ(view.scene.luminance, glm::dvec3(0));
   EXPECT_EQ(view.medium.color, glm::dvec3(0));

@@ -6,8 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "made_fields.h"
 #include "march_cases.h"
-#include "verify/case.h"
 
 namespace psivox {
 namespace {

@@ -13,6 +13,7 @@
 
 #include "gl/gl_renderer.h"
 #include "gl/march_program.h"
+#include "made_fields.h"
 #include "march/march_double.h"
 #include "march/medium_atlas.h"
 #include "psivox/error.h"
@@ -20,8 +21,6 @@
 #include "reference/reference.h"
 #include "reference_cases.h"
 #include "scene/environment.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 // Shared by the tests of the march: one GL context per process, and differences of pictures. Their
 // fields and views are verify's.

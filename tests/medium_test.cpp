@@ -7,12 +7,11 @@
 #include <memory>
 #include <vector>
 
+#include "made_fields.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/transfer_function.h"
 #include "thrown.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

@@ -6,10 +6,10 @@
 #include <glm/common.hpp>
 
 #include "field_voxels.h"
+#include "made_fields.h"
 #include "march/atlas_march.h"
 #include "reference_cases.h"
 #include "thrown.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -134,8 +134,8 @@ TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
   EXPECT_FALSE(leaves_method_open(scene));
   EXPECT_EQ(with_default_tolerance(scene).tolerance, 0.1);
   scene.filter = Filter::hardware;
-  EXPECT_EQ(usage_error([&] { check_method_unset(scene, "--time-budget"); }),
-            "--time-budget needs --filter exact: it does not estimate the error of --filter "
+  EXPECT_EQ(usage_error([&] { check_method_unset(scene, "--aov deep"); }),
+            "--aov deep needs --filter exact: it does not estimate the error of --filter "
             "hardware");
   EXPECT_FALSE(leaves_method_open(with("renderer", "reference")));
   EXPECT_TRUE(leaves_method_open(with("renderer", "march-double")));

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "blobs_scene.h"
+#include "made_fields.h"
 #include "march/carried_light.h"
 #include "march/march_double.h"
 #include "march_cases.h"
@@ -17,8 +18,6 @@
 #include "psivox/error.h"
 #include "region_cases.h"
 #include "thrown.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

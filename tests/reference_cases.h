@@ -10,11 +10,11 @@
 #include <utility>
 #include <vector>
 
+#include "made_fields.h"
 #include "psivox/medium.h"
 #include "ray_quadrature.h"
 #include "reference/ray_radiance.h"
 #include "scene/transfer_function.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
+#include "made_fields.h"
 #include "reference_cases.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

@@ -8,12 +8,11 @@
 #include <random>
 
 #include "field/leaf_values.h"
+#include "made_fields.h"
 #include "march/atlas_march.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "region_cases.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

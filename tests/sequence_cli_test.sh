@@ -294,7 +294,7 @@ study=(study $pattern -o study --integrators midpoint,psi-balanced --samplings u
 "$program" "${study[@]}" --frames 2,4,6 >printed.txt 2>&1 || fail "study: $(tail -n 2 printed.txt)"
 grep -q "For 8 bits in all 3 frames" printed.txt || fail "study: $(cat printed.txt)"
 has_all="$(ls study | tr '\n' ' ')"
-[ "$has_all" = "frame.0002 frame.0004 frame.0006 frames.csv frames.md index.html " ] || fail "study: $has_all"
+[ "$has_all" = "frame.0002 frame.0004 frame.0006 frames.csv frames.json index.html " ] || fail "study: $has_all"
 [ "$(wc -l <study/frames.csv)" = 5 ] || fail "study: $(wc -l <study/frames.csv) lines"
 awk -F, 'NR > 1 { if (!($4 <= $3 && $3 <= $5 && $2 == 3 && $5 > 0)) exit 1 }' study/frames.csv ||
   fail "study: the RMS is not in order: $(cat study/frames.csv)"

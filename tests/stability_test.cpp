@@ -9,10 +9,10 @@
 #include <limits>
 #include <string>
 
+#include "made_fields.h"
 #include "march/formula_march.h"
 #include "march_cases.h"
 #include "psi_quadrature.h"
-#include "verify/case.h"
 
 namespace psivox {
 namespace {

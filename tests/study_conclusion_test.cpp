@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "psivox/parameters.h"
-#include "study/report.h"
+#include "study/conclusion.h"
 #include "thrown.h"
 
 namespace psivox {
@@ -127,34 +127,6 @@ TEST(Conclusion, SaysWhatIsOutOfReach) {
       conclusion_text(r),
       "No setting of this study is within 8 bits or an RMS of 1e-2; the least RMS is 1.0e-1, by "
       "`--segments 4 --integrator porter-duff`.");
-}
-
-TEST(Needs, LieBetweenPointsInLogarithms) {
-  StudyResults r;
-  const auto add = [&](double step, double rms, double samples) {
-    StudyPoint p;
-    p.variant = {Integrator::psi_exact, Sampling::uniform, 0, step};
-    p.error.radiance.rms = p.error.alpha.rms = rms;
-    p.samples_per_ray = samples;
-    p.times = {{1, 1, 2 * samples}};
-    r.points.push_back(p);
-  };
-  add(1, 1e-5 / 2, 400);  // finest first: the order does not matter
-  add(2, 1e-2 / 2, 10);
-  add(1.5, 1e-4, 100);
-  const std::vector<Need> needs = needs_of(r);
-  ASSERT_EQ(needs.size(), 4u);
-  EXPECT_EQ(variant_name(needs[0].variant), "psi-exact uniform");
-  EXPECT_TRUE(needs[0].at_most);
-  EXPECT_EQ(needs[0].samples_per_ray, 10);
-  // from 5e-3 at 10 to 1e-4 at 100: ln(5) / ln(50) of the way to 1e-3
-  EXPECT_NEAR(*needs[1].samples_per_ray, 10 * std::pow(10, std::log(5) / std::log(50)), 1e-9);
-  EXPECT_NEAR(*needs[1].cpu_ms, 2 * *needs[1].samples_per_ray, 1e-9);
-  EXPECT_NEAR(*needs[2].samples_per_ray, 100, 1e-9);
-  EXPECT_FALSE(needs[2].at_most);
-  EXPECT_NEAR(*needs[3].samples_per_ray, 100 * std::pow(4, std::log(10) / std::log(20)), 1e-9);
-  r.points.erase(r.points.begin());
-  EXPECT_FALSE(needs_of(r)[3].samples_per_ray);
 }
 
 }  // namespace

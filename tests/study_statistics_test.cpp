@@ -1,4 +1,4 @@
-// Arithmetic of a study: medians, sums of errors, errors of pictures, the Pareto front.
+// Arithmetic of a study: medians, sums of errors, errors of pictures.
 
 #include <gtest/gtest.h>
 
@@ -7,7 +7,7 @@
 
 #include "base/statistics.h"
 #include "psivox/study.h"
-#include "study/page.h"
+#include "study/results.h"
 
 namespace psivox {
 namespace {
@@ -83,18 +83,6 @@ TEST(PictureError, LeavesOutWhatIsNotFinite) {
   EXPECT_EQ(e.radiance.rms, 1);
   EXPECT_EQ(e.alpha.rms, 1);
   EXPECT_THROW(picture_error(a, rgba_image(2, 3, 0)), Error);
-}
-
-TEST(ParetoFront, KeepsWhatNothingBeats) {
-  const std::vector<PlotPoint> costs = {{3, 1}, {1, 5}, {2, 5}, {2, 2}, {5, 0.5}, {4, 3}};
-  const auto errors = [&](double margin) {
-    std::vector<double> all;
-    for (const PlotPoint& point : pareto_front(costs, margin)) all.push_back(point.y);
-    return all;
-  };
-  EXPECT_EQ(errors(0), (std::vector<double>{5, 2, 1, 0.5}));
-  EXPECT_EQ(errors(0.55), (std::vector<double>{5, 2, 0.5}));
-  EXPECT_TRUE(pareto_front({}).empty());
 }
 
 }  // namespace

@@ -1,10 +1,10 @@
-// The parts of a study that need no GPU: plan, files, orders, plots. tests/study_cli_test.sh runs
+// The parts of a study that need no GPU: plan, files, page. tests/study_cli_test.sh runs
 // a study.
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cstdio>
+#include <filesystem>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -13,9 +13,8 @@
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/study.h"
+#include "study/conclusion.h"
 #include "study/page.h"
-#include "study/report.h"
-#include "study/suite.h"
 #include "thrown.h"
 
 namespace psivox {
@@ -56,11 +55,11 @@ TEST(Plan, SkipsWhatTheSceneRefusesAndSaysWhy) {
                        "porter-duff cells 1", "porter-duff cells 2", "psi-exact cells 1",
                        "psi-exact cells 2", "cell-exact cells", "porter-duff step 1",
                        "porter-duff step 0.5", "psi-exact step 1", "psi-exact step 0.5"}));
-  const TextTable rows = skipped_table(plan.skipped);
-  ASSERT_EQ(rows.size(), 3u);
-  EXPECT_EQ(rows[1][0], "preintegrated: cells 1, cells 2, step 1, step 0.5");
-  EXPECT_TRUE(has(rows[1][1], "--transfer-function"));
-  EXPECT_EQ(rows[2][0], "cell-exact: step 1, step 0.5");
+  ASSERT_EQ(plan.skipped.size(), 6u);
+  for (const auto& [variant, reason] : plan.skipped) {
+    const bool exact = rule_name(variant) == "cell-exact";
+    EXPECT_TRUE(has(reason, exact ? "integrates cells" : "--transfer-function")) << reason;
+  }
 }
 
 TEST(Plan, TemplatesNeedParallelRays) {
@@ -99,9 +98,8 @@ TEST(Plan, MaximaAndSurfacesHaveNoRules) {
   const StudyPlan surface = plan_study(sweep, base);
   ASSERT_EQ(surface.variants.size(), 1u);
   EXPECT_EQ(variant_name(surface.variants[0]), "porter-duff cells 1");
-  const TextTable rows = skipped_table(surface.skipped);
-  EXPECT_EQ(rows[1][0], "porter-duff: cells 2");
-  EXPECT_TRUE(has(rows[1][1], "isosurface integrates nothing"));
+  EXPECT_EQ(variant_name(surface.skipped.front().variant), "porter-duff cells 2");
+  EXPECT_TRUE(has(surface.skipped.front().reason, "isosurface integrates nothing"));
   base.mode = Mode::mip;
   EXPECT_EQ(plan_study(sweep, base).variants.size(), 3u);  // cells, and two steps
   base.mode = Mode::xray;                                  // its optical depths are the rules'
@@ -267,16 +265,6 @@ TEST(Results, CsvHasEveryNumberWithAllItsDigits) {
   EXPECT_FALSE(std::getline(lines, line));
 }
 
-TEST(Results, MarkdownRelatesTimesToPorterDuff) {
-  const StudyResults r = some_results();
-  const std::string text =
-      markdown_table(rules_table(r)) + markdown_table(skipped_table(r.skipped));
-  // psi-exact's times are 0.7^2 times those of porter-duff, which comes two points earlier
-  EXPECT_TRUE(has(text, "| porter-duff | 8.7e-2 (1.00) |"));
-  EXPECT_TRUE(has(text, "(0.49)"));
-  EXPECT_TRUE(has(text, "| cell-exact: step 1, step 0.5 | --integrator"));
-}
-
 TEST(Resume, OnlyTheSameStudyGoesOn) {
   const StudyResults begun = some_results();
   Sweep sweep = small_sweep();
@@ -314,53 +302,16 @@ TEST(Resume, OnlyTheSameStudyGoesOn) {
   EXPECT_TRUE(has(scene, "--resolution"));
 }
 
-// Four halvings: higher orders contribute at most 10 % of an order if the lengths are as fine as
-// here.
-TEST(Orders, AreThoseExpected) {
-  std::vector<OrderRow> rows = step_orders();
-  EXPECT_EQ(rows.size(), 2u * 3 * 11 + 3);
-  for (const auto& more : {voxel_orders(), pixel_orders()})
-    rows.insert(rows.end(), more.begin(), more.end());
-  for (const OrderRow& row : rows) {
-    std::printf("  %-30s %-17s K %-4g expected %s%g, observed %.3f, errors %.2e to %.2e\n",
-                row.way.c_str(), row.rays.c_str(), row.K, row.about ? "about " : "", row.expected,
-                row.observed(), row.fitted().front().second, row.fitted().back().second);
-    ASSERT_EQ(row.fitted().size(), 4u) << row.way;
-    // convergence_test bounds the error of an approximate Psi
-    EXPECT_NEAR(row.observed(), row.expected, row.about ? 0.5 : 0.1)
-        << row.way << ' ' << row.rays << ' ' << row.K;
-  }
-}
-
-TEST(Orders, AreFittedToTheFinestAboveRounding) {
-  std::vector<LengthError> errors;
-  for (double h = 1; h > 1.0 / 100; h /= 2) errors.emplace_back(h, 3 * h * h * h);
-  EXPECT_NEAR(fitted_order(errors), 3, 1e-12);
-  const auto fitted = finest_four(errors, 1e-4);
-  ASSERT_EQ(fitted.size(), 4u);
-  EXPECT_EQ(fitted.back().first, 1.0 / 16);  // 3/32^3 is 9e-5
-  EXPECT_EQ(finest_four(errors, 0.1).size(), 2u);
-}
-
-TEST(Plots, EveryPointNamesItsVariantAndItsEntriesOfTheLegend) {
-  const StudyResults results = some_results();
-  for (const Plot& plot : plots_of(results)) {
-    std::vector<std::string> legend;
-    for (const LegendEntry& entry : plot.legend) legend.push_back(entry.text);
-    for (const Series& series : plot.series) {
-      EXPECT_FALSE(series.entries.empty());
-      for (const std::string& entry : series.entries)
-        EXPECT_NE(std::find(legend.begin(), legend.end(), entry), legend.end()) << entry;
-      for (const PlotPoint& point : series.points)
-        EXPECT_TRUE(std::any_of(
-            results.points.begin(), results.points.end(),
-            [&](const StudyPoint& p) {
-              return variant_name(p.variant) == point.name && p.error.rms() == point.y &&
-                     (series.front || rule_name(p.variant) == series.entries.front());
-            }))
-            << point.name;
-    }
-  }
+TEST(Page, HoldsItsDataAsNoMarkup) {
+  const std::filesystem::path folder = testing::TempDir();
+  write_page(folder, "a < b", R"({"name": "</script><img src=x>"})", {{"none.png"}}, {"none.html"});
+  const std::string page = read_text((folder / page_name).string(), "page");
+  EXPECT_TRUE(has(page, "<title>a &lt; b</title>"));
+  EXPECT_FALSE(has(page, "<img src=x"));
+  EXPECT_TRUE(has(page, R"({"name": "\u003c/script>\u003cimg src=x>"})"));
+  EXPECT_TRUE(has(page, R"({"pictures":{},"links":[]})"));
+  for (const char* mark : {"@DATA@", "@FILES@", "@STYLE@", "@SCRIPTS@", "@POLICY@"})
+    EXPECT_FALSE(has(page, mark)) << mark;
 }
 
 }  // namespace

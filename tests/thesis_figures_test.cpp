@@ -12,7 +12,7 @@
 #include "figure.h"
 #include "march/shader_math.h"
 #include "scene/color.h"
-#include "study/suite.h"
+#include "smooth_ray.h"
 
 namespace psivox {
 namespace {
@@ -124,6 +124,10 @@ TEST(ThesisFigures, PsiAndZetaOfLinearOpacity) {
   draw_zeta();
   expect("linear opacity, Psi of its mean", psi_error(0.5), 0.0591, 0.228);
   expect("linear opacity, Psi of eq. 65", psi_error(0.73), 0.0156, 0.065);
+  constexpr double fitted_weight = 0.2864, fitted_bend = 0.1063;  // by least squares
+  expect("linear opacity, Psi fitted", psi_error(1 - fitted_weight), 0.0150, 0.078);
+  for (const double d : {-1e-3, 1e-3})
+    EXPECT_GT(psi_error(1 - fitted_weight + d).rms, psi_error(1 - fitted_weight).rms);
   const auto zeta_error = [&](double bend) {
     return over_opacities([=](double a_f, double a_b) {
       return 1 - opacity_64(a_f, a_b, bend) - LinearOpacity{1 - a_f, 1 - a_b}.zeta();
@@ -131,6 +135,9 @@ TEST(ThesisFigures, PsiAndZetaOfLinearOpacity) {
   };
   expect("linear opacity, zeta of its mean", zeta_error(0), 0.0286, 0.129);
   expect("linear opacity, zeta of eq. 64", zeta_error(0.108165), 0.0082, 0.038);
+  expect("linear opacity, zeta fitted", zeta_error(fitted_bend), 0.0082, 0.039);
+  for (const double d : {-1e-3, 1e-3})
+    EXPECT_GT(zeta_error(fitted_bend + d).rms, zeta_error(fitted_bend).rms);
 }
 
 /// Checks that the rules are those approximations, as the GPU evaluates them, in double.

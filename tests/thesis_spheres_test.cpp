@@ -3,6 +3,7 @@
 
 #include "figure.h"
 #include "march_cases.h"
+#include "study/suite.h"
 
 namespace psivox {
 namespace {

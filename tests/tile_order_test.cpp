@@ -10,10 +10,9 @@
 #include <glm/geometric.hpp>
 #include <vector>
 
+#include "made_fields.h"
 #include "march/pixel_box.h"
 #include "reference/ray_radiance.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
 
 namespace psivox::gl {
 namespace {

@@ -11,10 +11,10 @@
 
 #include "base/statistics.h"
 #include "field/value_range.h"
+#include "made_fields.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
-#include "verify/made_fields.h"
 
 namespace psivox {
 namespace {

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 
+#include "made_fields.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/medium.h"
@@ -14,7 +15,6 @@
 #include "scratch.h"
 #include "thrown.h"
 #include "vdb_test_util.h"
-#include "verify/made_views.h"
 
 namespace psivox {
 namespace {

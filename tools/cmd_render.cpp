@@ -207,7 +207,7 @@ class RenderJob {
     if (team_->first()) check(call_, scene_);
     if (!alone()) check_scope(call_, scene_);
     if (!call_.quiet) print_notices(call_.scene.notices());
-    if (!call_.time_budget) scene_ = with_default_tolerance(scene_);
+    scene_ = with_default_tolerance(scene_);
     report_.input = scene_.input;
     report_.output = call_.output;
     if (!scene_.input.empty()) return true;

@@ -79,16 +79,15 @@ struct StudyCall {
   std::string output, file, camera_for, peers;
   std::vector<std::string> added;  ///< NAME=PICTURE[,TIME_MS]
   std::optional<int> repeats;
-  std::vector<std::string> summary;  ///< folders
-  std::string suite;                 ///< its size; empty: none
-  bool psi = false, orders = false, no_split = false, resume = false, quiet = false;
+  std::string suite;  ///< its size; empty: none
+  bool no_split = false, resume = false, quiet = false;
 };
 
 bool parse(StudyCall& call, Arguments arguments) {
   CommandLine line(
       "study",
       "Renders a volume by many methods and measures the error and time of each. Writes "
-      "tables, plots, pictures and a page that shows them.",
+      "numbers, pictures and a page with tables and plots.",
       {"output", "integrators", "steps", "add", "camera-for", "resume", "quiet"},
       {"smoke.vdb -o study", "smoke.vdb -o study --resume --add 'cycles 1=cycles.exr,2050'",
        "smoke.vdb -o study --resolution 256x256 --integrators psi-weighted,cell-exact"});
@@ -116,22 +115,12 @@ bool parse(StudyCall& call, Arguments arguments) {
                  "print the camera for another renderer: " + joined(camera_line_formats(), ", ") +
                      "; nothing else")
       ->check(one_of(camera_line_formats()));
-  CLI::Option* psi =
-      line.add_flag("--psi", call.psi, "study the rules themselves, without a volume");
-  CLI::Option* orders =
-      line.add_flag("--orders", call.orders,
-                    "fit the orders of convergence in step, voxel and pixel, without a volume")
-          ->excludes(psi);
   line.add_value("--suite", call.suite, "[SIZE]",
                  "measure the precision suite, small or full, without a volume; exits with 7 if "
                  "an order of convergence or an error is not as expected")
       ->expected(0, 1)
       ->default_str("small")
-      ->check(one_of<std::string>({"small", "full"}))
-      ->excludes(psi)
-      ->excludes(orders);
-  line.add_list("--summary", call.summary, "compare finished studies, each named by its folder")
-      ->type_name("DIR,...");
+      ->check(one_of<std::string>({"small", "full"}));
   line.add_flag("-q,--quiet", call.quiet, "print errors only");
   call.sequence.add_to(line);
   std::vector<std::string> without = swept_parameters();
@@ -203,18 +192,13 @@ std::string study_frames(const StudyCall& call, const Scene& scene, const FrameL
 void study_command(Arguments arguments) {
   StudyCall call;
   if (!parse(call, arguments)) return;
-  const bool scene_less = call.psi || call.orders || !call.summary.empty();
-  if (scene_less && !(call.added.empty() && call.peers.empty() && call.camera_for.empty()))
-    usage("--add, --peers and --camera-for need a scene; --psi, --orders and --summary have none");
-  if (!call.summary.empty())
-    return run_summary({call.summary.begin(), call.summary.end()}, call.output);
+  if (!call.suite.empty() && !(call.added.empty() && call.peers.empty() && call.camera_for.empty()))
+    usage("--add, --peers and --camera-for need a scene; --suite has its own");
   ProgressBar bar(call.quiet);
   const auto conclude = [&](const std::string& conclusion) {
     bar.clear();
     if (!call.quiet) std::cout << conclusion << '\n';
   };
-  if (call.psi || call.orders)
-    return (call.psi ? run_psi_study : run_order_study)(call.output, bar.progress());
   if (!call.suite.empty())
     return conclude(
         run_suite(call.output, call.suite == "full", call.scene.scene({}).device, bar.progress()));

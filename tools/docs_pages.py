@@ -1,9 +1,7 @@
 #!/usr/bin/env python3
-"""Makes the pages in docs/pages of which README.md and docs/user-guide.md have a link and the command.
+"""Makes pages that turn of pictures in README.md and docs/user-guide.md: docs_pages.py PSIVOX FOLDER.
 
-  docs_pages.py PSIVOX
-
-The command of pages/NAME.html is the one that writes NAME.png from assets/, with fewer pixels and bytes.
+NAME.html comes from the documented command that writes NAME.png from assets/, with fewer pixels.
 """
 import pathlib
 import re
@@ -11,11 +9,14 @@ import shlex
 import subprocess
 import sys
 
+program, folder = (pathlib.Path(word).resolve() for word in sys.argv[1:])
 root = pathlib.Path(__file__).resolve().parent.parent
-for text in (root / "README.md", root / "docs/user-guide.md"):
-    text = text.read_text().replace("\\\n", " ")
-    for name in sorted(set(re.findall(r"\((?:docs/)?pages/([\w-]+)\.html\)", text))):
-        command = re.search(rf"^psivox (render assets/.* -o {name}\.png.*)$", text, re.M)[1]
-        words = shlex.split(command.replace(f"-o {name}.png", f"-o docs/pages/{name}.html"))
-        subprocess.run([sys.argv[1], *words, "--resolution", "480x270",
-                        "--tolerance", "2e-3", "-q"], check=True, cwd=root)
+text = "".join((root / name).read_text() for name in ("README.md", "docs/user-guide.md"))
+folder.mkdir(parents=True, exist_ok=True)
+for name in ("blobs", "shells", "tinted"):
+    command = re.search(rf"^psivox (render assets/.* -o {name}\.png.*)$", text.replace("\\\n", " "),
+                        re.M)[1]
+    words = shlex.split(command)
+    words[words.index("-o") + 1] = str(folder / f"{name}.html")
+    subprocess.run([program, *words, "--resolution", "480x270", "--tolerance", "2e-3", "-q"],
+                   check=True, cwd=root)

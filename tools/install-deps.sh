@@ -20,7 +20,6 @@ packages=(
   # SHA-256 of a study's input
   nettle-dev
   # the plots of a study's page; the text of colour bars
-  libjs-chart.js
   libstb-dev fonts-dejavu-core
   # the Python package
   pybind11-dev python3-dev python3-numpy
@@ -42,17 +41,16 @@ fail() {
 case "${1-}" in
   "") ;;
   --ci) packages+=(clang-format clang-tidy
-    # a display for the window's tests, a browser for the page's, a farm for the sequences'; without
-    # them these tests are skipped
+    # a display for the window's tests, a browser for the pages'; without them these are skipped
     xvfb xauth chromium chromium-driver python3 python3-matplotlib
-    python3-openvdb slurm-wlm
+    python3-openvdb
     # what programs cost on GPUs (docs/gpu.md): compilers for GPUs that need not be there
     libvulkan-dev glslang-dev glslang-tools spirv-tools mesa-vulkan-drivers
     # one picture by several processes, under both MPIs
     openmpi-bin libopenmpi-dev mpich libmpich-dev) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
-    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb, Chromium, Slurm, MPI and shader compilers.'
+    printf '%s\n' '--ci adds clang-format, clang-tidy, Xvfb, Chromium, MPI and shader compilers.'
     exit 0
     ;;
   *) fail "unknown argument '$1'; the only one is --ci" ;;

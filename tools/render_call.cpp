@@ -130,9 +130,6 @@ bool parse(RenderCall& call, Arguments arguments) {
   add_frames(line, call);
   call.scene.add_to(line, {"input"});
   line.begin_group(group_name(ParameterGroup::accuracy));
-  line.add_value("--time-budget", call.time_budget, "MS",
-                 "choose the most accurate method expected to march in MS milliseconds here")
-      ->check(above_zero);
   line.add_value("--check-error", call.check_error, "N",
                  "compare N pixels with the reference integrator and print the error")
       ->check(number_in<int>({.min = 1}));
@@ -152,9 +149,7 @@ void take_layers(RenderCall& call, const Scene& scene) {
 
 void check(const RenderCall& call, const Scene& scene) {
   check_page_call(call, scene);
-  if (call.time_budget && scene.tolerance)
-    usage("--time-budget and --tolerance exclude each other");
-  check_picture(scene, call.layers, call.time_budget.has_value());
+  check_picture(scene, call.layers);
   if (scene.shows(Shows::plane) && (call.check_error || call.explain))
     usage("--mode slice does not march: it has no error to estimate, and nothing to explain");
   if (call.frame_rate != RenderCall{}.frame_rate && call.movie.empty() && call.camera_path.empty())
@@ -204,7 +199,6 @@ Wish wish_of(const RenderCall& call) {
   Wish wish;
   wish.layers = layers_of(call.layers);
   wish.count = call.verbose || !call.stats.empty();
-  wish.time_budget_ms = call.time_budget;
   wish.fewest_bytes = is_page_name(call.output);
   return wish;
 }

@@ -22,11 +22,10 @@ struct RenderCall {
   SceneOptions scene;
   FrameOptions sequence;
   std::string output, stats, camera;
-  std::vector<std::string> layers;    ///< named by --aov
-  std::optional<int> check_error;     ///< pixels
-  std::optional<double> time_budget;  ///< [ms]
-  std::optional<int> thumbnail;       ///< side [pixels]
-  std::string thumbnail_name;         ///< may lack an extension, which `output` then has
+  std::vector<std::string> layers;  ///< named by --aov
+  std::optional<int> check_error;   ///< pixels
+  std::optional<int> thumbnail;     ///< side [pixels]
+  std::string thumbnail_name;       ///< may lack an extension, which `output` then has
   WriteOptions format;
   PageOptions page;  ///< where the output is one
   bool print_scene = false, explain = false, verbose = false, quiet = false, list_devices = false;

@@ -81,9 +81,6 @@ struct Wish {
   std::optional<Scene> scene{};
   /// March as exactly as possible, whatever the scene's method; only arithmetic error remains.
   bool exact = false;
-  /// Time for the march [ms], in place of a tolerance. It chooses the most accurate method that
-  /// fits.
-  std::optional<double> time_budget_ms{};
   /// A plan that Session::plan made for the same scene.
   std::optional<MarchPlan> plan{};
   /// Resolution of the same frame, in place of the scene's (for previews).
@@ -172,7 +169,7 @@ class Session {
   const MediumAtlas& atlas(TexelType texel,
                            const std::shared_ptr<const std::vector<CodeWidth>>& codes = {});
 
-  /// Chooses the method for the tolerance of the wish's scene, or for the wish's time budget.
+  /// Chooses the method for the tolerance of the wish's scene.
   MarchPlan plan(Marcher& marcher, const Wish& wish);
 
   /// Draws. Throws Error(graphics), Error(memory), and what the wish's progress throws.

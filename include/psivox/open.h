@@ -79,9 +79,8 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
 Scene with_settings(Scene scene, const std::string& camera, std::span<const Setting> settings,
                     const std::function<bool(const Scene&)>& z_is_up);
 
-/// Throws Error(usage) if the scene's picture cannot have one of the layers (as --aov names them),
-/// or cannot be drawn in a time budget.
-void check_picture(const Scene& scene, const std::vector<std::string>& layers, bool time_budget);
+/// Throws Error(usage) if the scene's picture cannot have one of the layers (as --aov names them).
+void check_picture(const Scene& scene, const std::vector<std::string>& layers);
 
 /// How open_scene chooses and reads.
 struct OpenOptions {

@@ -84,18 +84,13 @@ void check_study_folder(const std::filesystem::path& folder, bool resume);
 /// the study of the scene.
 void check_foreign(const StudyOptions& options, const Scene& scene);
 
-/// Runs the study of a view from make_view and writes tables, plots, pictures and index.html to the
+/// Runs the study of a view from make_view and writes pictures, numbers and index.html to the
 /// folder. It writes results.json and results.csv again after every point, so a study can be
 /// stopped at any time. When `stop` returns true, it writes the report of the finished points and
 /// throws Error(interrupted). Throws Error(usage) if the folder has other results or the sweep has
 /// nothing to render, and what rendering throws. Returns the study's conclusion, which names the
 /// settings to use.
 std::string run_study(View view, const StudyOptions& options);
-
-/// Compares what each rule and sampling needs for an RMS in several finished studies, given by
-/// their folders. Writes needs.csv, needs.md, plots and index.html to `out`. Throws Error(input).
-void run_summary(const std::vector<std::filesystem::path>& folders,
-                 const std::filesystem::path& out);
 
 /// The finished study of a sequence's frame.
 struct StudiedFrame {
@@ -105,23 +100,14 @@ struct StudiedFrame {
 
 /// Compares the studies of a sequence's frames. Writes to `out`, for each method, the median, the
 /// least and the greatest RMS, number of field look-ups and processor time over the frames:
-/// frames.csv, frames.md and index.html. Returns a sentence: which method keeps 8 bits in every
+/// frames.csv, frames.json and index.html. Returns a sentence: which method keeps 8 bits in every
 /// frame. Throws Error(input).
 std::string write_frame_statistics(const std::vector<StudiedFrame>& frames,
                                    const std::filesystem::path& out);
 
-/// Studies the rules alone, on one segment of linear attenuation: the errors of Psi, zeta and the
-/// colour over the attenuation at both ends, in double against the exact rule and in float against
-/// double. Writes psi.csv, psi.md, pictures and index.html.
-void run_psi_study(const std::filesystem::path& folder, const Progress& progress = {});
-
-/// Measures orders of convergence in step, voxel and pixel, one at a time: the march in double over
-/// media given by formulas. Writes orders.csv, orders.json, orders.md, plots and index.html.
-void run_order_study(const std::filesystem::path& folder, const Progress& progress = {});
-
 /// Draws scenes whose truth is known by many methods and compares errors and orders of convergence
 /// with those expected. `full`: larger pictures, and Marschner and Lobb's signal as Weiss and
-/// Westermann (2021) measure it. Writes suite.csv, suite.md, plots and index.html. Returns a
+/// Westermann (2021) measure it. Writes suite.csv, suite.json and index.html. Returns a
 /// sentence. Throws Error(verification) if an order or an error is not as it must be, when all is
 /// written.
 std::string run_suite(const std::filesystem::path& folder, bool full, int device,

@@ -13,7 +13,7 @@ namespace psivox {
 struct VerifyCase {
   std::string name;
   std::string reason;  ///< why the bound is what it is, in a few words
-  double error = 0;    ///< largest over the case's pictures; +Inf for one that shows nothing
+  double error = 0;    ///< largest difference of a channel
   double bound = 0;
   std::uint64_t stuck = 0;  ///< rays that stood still before their end
   bool passed() const { return error <= bound && stuck == 0; }  ///< a NaN fails
@@ -28,13 +28,12 @@ struct VerifyOptions {
 struct VerifyReport {
   std::string renderer;  ///< GL_RENDERER and GL_VERSION
   std::vector<VerifyCase> cases;
-  std::vector<std::string> left_out;  ///< names of cases that do not apply to the filter
   std::size_t failed() const;
   std::uint64_t stuck() const;
 };
 
-/// Draws fields made in memory with this machine's GL driver. It compares their pictures with
-/// closed forms in double, or with another picture that must be the same. Throws Error(graphics).
+/// Draws fields made in memory with this machine's GL driver. It compares their pictures with the
+/// reference, or with the march in double by the same rule. Throws Error(graphics).
 VerifyReport verify(const VerifyOptions& options = {});
 
 /// One line about the bounds that hold for a filter.

@@ -58,7 +58,6 @@ LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wis
   if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
     return {.exact = true};
   if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
-  if (wish.time_budget_ms) return {.rms = light_share * default_tolerance};
   return {.exact = true};
 }
 

@@ -19,7 +19,7 @@ double next_spacing(double spacing) {
 }
 
 /// Part of the error that the next lattice leaves, above a voxel and below: half the spacing left
-/// 0.23 and 0.13 on smoke and clouds (docs/notes/light.md). What is computed by it is compared
+/// 0.23 and 0.13 on smoke and clouds (docs/notes/decisions.md). What is computed by it is compared
 /// again.
 constexpr double left_above = 0.5, left_below = 0.4;
 

@@ -58,8 +58,8 @@ class LightTrials {
 };
 
 /// Number of a sky's directions. Over clouds and smoke the error falls as one over their number
-/// (docs/notes/light.md), so that a trial with few tells how many it takes. Of fewer the error may
-/// be far larger, where few directions miss the phase function's peak: these are tried.
+/// (docs/notes/decisions.md), so that a trial with few tells how many it takes. Of fewer the error
+/// may be far larger, where few directions miss the phase function's peak: these are tried.
 class SkyTrial {
  public:
   SkyTrial(const View& view, const MediumDepths& depths, double rms);

@@ -53,30 +53,16 @@ std::string table_notice(const View& view) {
       bound);
 }
 
-/// Time of a ray [ms] by the method that is the unit of budgets, measured on a small picture.
-double unit_ms(PartMarcher& marcher, const View& view) {
-  View small = budget_unit(view);
-  small.scene.resolution = glm::max(view.scene.resolution / 4, glm::ivec2(1));
-  small.scene.pixel_samples = 1;
-  const RenderStats stats = marcher.render(small).stats;
-  return stats.march_ms / double(stats.rays);
-}
-
 }  // namespace
 
 MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish,
                        const MediumAtlas* grids, const LightError& missed) {
   const Progress progress = of_stage(wish.progress, Stage::choosing);
   MarchPlan result;
-  if (!grids || (wish.time_budget_ms && !marched.medium.others.empty())) {
+  if (!grids) {
     View agreed = marched;  // each member has the light of its own part
     agreed.medium.brightest = std::ranges::max(parts.team().gather(marched.medium.brightest));
     result = exact_plan(agreed);
-  } else if (wish.time_budget_ms) {
-    const glm::dvec2 size(marched.scene.resolution);
-    const double rays = size.x * size.y * marched.scene.pixel_samples;
-    const double budget = *wish.time_budget_ms / (rays * unit_ms(parts, marched));
-    result = plan_within(marched, *grids, budget, progress);
   } else {
     View with_rest = marched;
     double& rest = *with_rest.scene.tolerance;
@@ -141,11 +127,7 @@ void Picture::confirm_plan() {
             one_ray ? &drawn_.image : nullptr);
   }
   const double rms = plan_->chosen.rms;
-  if (wish_.time_budget_ms && !plan_->reached)
-    drawn_.notices.push_back(formatted(
-        "no march is expected to end within %.4g ms; marched as coarsely as is reasonable",
-        *wish_.time_budget_ms));
-  if (!tolerance || wish_.time_budget_ms) return;
+  if (!tolerance) return;
   if (!plan_->reached)
     drawn_.notices.push_back(formatted(
         "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can "

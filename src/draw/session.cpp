@@ -156,11 +156,9 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
   light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
   wanted.medium = view.medium;
   if (!parts.marches_whole() || wish.layers.deep) return;
-  if (wanted.scene.tolerance && !wish.time_budget_ms && may_be_coded(wanted))
-    return;  // the plan's codes will be uploaded
+  if (wanted.scene.tolerance && may_be_coded(wanted)) return;  // the plan's codes will be uploaded
   enter(wish.progress, Stage::uploading);
-  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times,
-               atlas.preview_codes(parts.marcher(), wanted, wish));
+  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times);
 }
 
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
@@ -189,14 +187,13 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     atlas.discard_fields(view.medium);
   }
   std::optional<MarchPlan> chosen = wish.plan;
-  const bool chooses = wanted.scene.tolerance || wish.time_budget_ms;
   // a plan for the whole may have steps of its bricks
-  if (marches && chooses && !(chosen && parts.whole())) chosen = plan(parts, wanted, wish, times);
+  if (marches && wanted.scene.tolerance && !(chosen && parts.whole()))
+    chosen = plan(parts, wanted, wish, times);
 
   AtlasSize stored;
-  CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
+  const CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
   if (marches && parts.whole()) {
-    if (!codes) codes = atlas.preview_codes(marcher, wanted, wish);
     stored = atlas
                  .upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes,
                          atlas.discards)

@@ -15,11 +15,10 @@
 namespace psivox {
 namespace {
 
-/// Which pictures parts allow, for a message (`pictures without --time-budget`); empty if this one
+/// Which pictures parts allow, for a message (`pictures without layer error`); empty if this one
 /// is allowed.
 std::string region_obstacle(const View& view, const Wish& wish) {
   if (std::string obstacle = parts_obstacle(view.scene); !obstacle.empty()) return obstacle;
-  if (wish.time_budget_ms) return "pictures without --time-budget";
   if (wish.layers.error) return "pictures without layer error";
   if (wish.layers.bound) return "pictures without layer bound";
   return {};

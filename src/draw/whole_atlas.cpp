@@ -111,12 +111,6 @@ const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelT
   return wanted;
 }
 
-CodeWidths WholeAtlas::preview_codes(const Marcher& marcher, const View& wanted,
-                                     const Wish& wish) const {
-  const bool will_do = wish.any_light && wish.time_budget_ms && may_be_coded(wanted);
-  return will_do && coded_ && coded_->number == marcher.holds ? coded_->widths : nullptr;
-}
-
 void WholeAtlas::relight(const View& view) {
   coded_.reset();
   View shining = view;

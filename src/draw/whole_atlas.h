@@ -45,8 +45,6 @@ class WholeAtlas {
   void discard_density(const Medium& medium);
   /// If it discards: lets the density's and the luminance's values go, of which all is made.
   void discard_fields(const Medium& medium);
-  /// The widths of the codes that the marcher holds, if they will do for a preview; else null.
-  CodeWidths preview_codes(const Marcher& marcher, const View& wanted, const Wish& wish) const;
   /// Replaces the luminance, after the view's light was computed.
   void relight(const View& view);
 

@@ -23,19 +23,10 @@ Scene with_settings(Scene scene, const std::string& camera, std::span<const Sett
   return scene;
 }
 
-void check_picture(const Scene& scene, const std::vector<std::string>& layers, bool time_budget) {
-  if (time_budget) {
-    if (scene.renderer == RendererKind::reference)
-      throw Error(ExitCode::usage,
-                  "--time-budget is for a march; --renderer reference does not march");
-    check_one_volume(scene, "--time-budget");
-    check_method_unset(scene, "--time-budget");
-  }
+void check_picture(const Scene& scene, const std::vector<std::string>& layers) {
   if (std::ranges::count(layers, "deep")) {
     if (layers.size() > 1)
       throw Error(ExitCode::usage, "--aov deep has no layers beside it; leave out the others");
-    if (time_budget)
-      throw Error(ExitCode::usage, "--aov deep marches exactly; leave out --time-budget");
     check_method_unset(scene, "--aov deep");
   }
   for (const std::string& layer : layers)

@@ -14,9 +14,6 @@
 namespace psivox {
 namespace {
 
-/// Time budgets are counted in this method's time.
-Method budget_method(const View& view) { return lattice(view, 4); }
-
 /// Rays that must show something so that their errors tell those of the picture: a lattice may step
 /// over features of a few pixels, of which the pilot meets none. If fewer do, the march is exact:
 /// it costs little, as nearly all rays are empty. In 69 such pictures of narrow opacities
@@ -145,8 +142,6 @@ MarchPlan exact_plan(const View& view) {
   return plan;
 }
 
-View budget_unit(const View& view) { return with_method(view, budget_method(view)); }
-
 MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress& progress) {
   if (!has_step(view.scene)) return exact_plan(view);
   const Backdrop behind(view);
@@ -159,26 +154,6 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress&
   try_lattices(trials, best);
   if (view.medium.transfer && atlas.paired) try_lit_segments(trials, exact_samples, best);
   return plan_of(trials, best, best.accepted);
-}
-
-MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
-                      const Progress& progress) {
-  if (!has_step(view.scene)) return exact_plan(view);
-  const Backdrop behind(view);
-  Trials trials(with_termination(view, behind), behind, atlas, 0, progress);
-  const double most = budget * trials.run(budget_method(view), worst_brick).cost;
-  std::optional<Trial> best;
-  const auto consider_time = [&](const Trial& trial) {
-    const bool within = trial.cost <= most;
-    const bool better = within ? !best || best->cost > most || trial.rms < best->rms
-                               : !best || trial.cost < best->cost;
-    if (better) best = trial;
-    return within;
-  };
-  const bool exact = consider_time(trials.run_exact());
-  for (double step = widest_step; !exact && step >= narrowest_step; step /= 2)
-    if (!consider_time(trials.run(lattice(view, step), worst_brick))) break;
-  return plan_of(trials, *best, best->cost <= most);
 }
 
 void confirm(MarchPlan& plan, const Image& drawn, const Image* picture) {

@@ -37,17 +37,8 @@ bool may_be_coded(const View& view);
 void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, bool fewest_bytes,
                   const Progress& progress);
 
-/// The most accurate method expected to take at most `budget` times the time of `budget_unit`;
-/// ignores a tolerance. If no method is that fast, it returns the cheapest and leaves `reached`
-/// false.
-MarchPlan plan_within(const View& view, const MediumAtlas& atlas, double budget,
-                      const Progress& progress = {});
-
 /// The plan that marches exactly, without a pilot.
 MarchPlan exact_plan(const View& view);
-
-/// The view by the method whose time is the unit of plan_within's budget.
-View budget_unit(const View& view);
 
 /// The view by the most exact method, without early termination. Its only error is arithmetic, and
 /// plan_march takes it for the truth.

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <numeric>
 
 #include "plan/plan.h"
@@ -146,11 +145,7 @@ std::vector<Trial> Trials::done() const {
   return trials;
 }
 
-ErrorLimits Trials::limits() const {
-  constexpr double any = std::numeric_limits<double>::infinity();
-  if (tolerance_ <= 0) return {any, any};
-  return {target(), worst_ray * tolerance_};
-}
+ErrorLimits Trials::limits() const { return {target(), worst_ray * tolerance_}; }
 
 Attempt& Trials::attempt(const Method& method, double brick) {
   return attempts_.emplace_back(method, brick, view_of(method, brick), limits(), pilot_);
@@ -223,7 +218,7 @@ StepBounds& Trials::bounds() {
 
 MethodView Trials::view_of(const Method& method, double brick) {
   MethodView result{with_method(view_, method), {}, atlas_.paired};
-  if (method.sampling == Sampling::uniform && tolerance_ > 0)
+  if (method.sampling == Sampling::uniform)
     result.brick_steps = bounds().parts(method.step, brick * tolerance_);
   return result;
 }

@@ -113,7 +113,7 @@ inline constexpr double worst_ray = 4;
 /// wider.
 inline constexpr double worst_brick = 64, narrow_brick = 16;
 
-/// Methods tried on the pilot of one view for one tolerance. Tolerance 0: no limits (time budgets).
+/// Methods tried on the pilot of one view for one tolerance.
 class Trials {
  public:
   /// The view has the transmittance at which rays end. `progress`: see plan_march.

@@ -250,9 +250,9 @@ void define_drawings(py::module_& m) {
       }))
       .def("draw",
            [](Drawing& drawing, const SceneWords& words, const std::vector<std::string>& layers,
-              std::optional<double> budget, int check_error, const py::object& report,
+              int check_error, const py::object& report,
               const std::optional<std::pair<std::string, double>>& page) {
-             PictureWords wanted{layers, budget, check_error};
+             PictureWords wanted{layers, check_error};
              if (page) wanted.page = PageOptions{page->first, page->second};
              const Progress progress = reporting(report);
              return run(

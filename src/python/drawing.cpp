@@ -21,17 +21,12 @@ void add_once(std::vector<std::string>& notices, const std::string& notice) {
 
 /// Checks what needs no work.
 void check(const Scene& scene, const PictureWords& wanted) {
-  check_picture(scene, wanted.layers, wanted.time_budget_ms.has_value());
+  check_picture(scene, wanted.layers);
   if (wanted.check_error > 0 && scene.shows(Shows::plane))
     throw Error(ExitCode::usage, "--mode slice does not march: it has no error to check");
   if (const std::string no = page_obstacle(scene); wanted.page && !no.empty())
     throw Error(ExitCode::usage, no);
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
-}
-
-/// A time budget chooses the method in place of a tolerance.
-std::optional<double> tolerance_of(const Scene& given, bool in_time) {
-  return in_time ? std::nullopt : with_default_tolerance(given).tolerance;
 }
 
 bool is_same(const Scene& a, const Scene& b) {
@@ -105,7 +100,7 @@ Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
     if (const Parameter* p = find_parameter(name)) add_once(color_notices_, color_notice(*p, text));
 }
 
-void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress) {
+void Drawing::prepare(const Scene& given, const Progress& progress) {
   session_.reset();
   progress(0);
   // what else one picture has does not choose the look of those that follow
@@ -118,13 +113,13 @@ void Drawing::prepare(const Scene& given, bool in_time, const Progress& progress
     else
       prepared_.given.erase(p.name);
   }
-  prepared_.tolerance = tolerance_of(given, in_time);
+  prepared_.tolerance = with_default_tolerance(given).tolerance;
   OpenedScene opened = open_scene(prepared_, *file_, {.parts = {.allowed = true}});
   progress(0);
   looked_ = std::move(opened.looked.scene);
   look_background_ = std::exchange(looked_.background, {});
   opened.view.scene.background.reset();
-  own_ = in_look(given, in_time, looked_);
+  own_ = in_look(given, looked_);
   if (!is_same(own_, looked_)) opened = open_scene(own_, std::move(opened.looked.fields));
   notices_ = color_notices_;
   for (const std::string& notice : notices_of(opened.view)) add_once(notices_, notice);
@@ -138,13 +133,13 @@ bool Drawing::is_prepared(const Scene& given) const {
          });
 }
 
-Scene Drawing::in_look(const Scene& given, bool in_time, Scene scene) const {
+Scene Drawing::in_look(const Scene& given, Scene scene) const {
   for (const Parameter& p : parameters()) {
     if (belongs_to_medium(p)) continue;
     const bool by_look = !has_same(looked_, prepared_, p) && leaves_to_look(given, p.name);
     copy_parameter(by_look ? looked_ : given, scene, p);
   }
-  scene.tolerance = tolerance_of(given, in_time);
+  scene.tolerance = with_default_tolerance(given).tolerance;
   return scene;
 }
 
@@ -180,18 +175,14 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   check_not_drawing();
   const std::lock_guard lock(mutex_);
   const DrawingThread drawing(drawing_);
-  const bool in_time = wanted.time_budget_ms.has_value();
   const Scene given = scene_of(words, *file_, given_);
   check(given, wanted);
   // pixels are checked in the session's own scene
-  if (!is_prepared(given) ||
-      (wanted.check_error > 0 && !is_same(in_look(given, in_time, looked_), own_)))
-    prepare(given, in_time, progress);
+  if (!is_prepared(given) || (wanted.check_error > 0 && !is_same(in_look(given, looked_), own_)))
+    prepare(given, progress);
   Wish wish;
-  if (!is_same(in_look(given, in_time, looked_), own_))
-    wish.scene = in_look(given, in_time, session_->view().scene);
+  if (!is_same(in_look(given, looked_), own_)) wish.scene = in_look(given, session_->view().scene);
   wish.layers = layers_of(wanted.layers);
-  wish.time_budget_ms = wanted.time_budget_ms;
   wish.fewest_bytes = wanted.page.has_value();
   wish.progress = over_stages(progress, session_->view().medium.light.has_value());
   if (wanted.page) check_page(*session_, *wanted.page);

@@ -62,7 +62,6 @@ Scene scene_of(const SceneWords& words, const VdbFile& file, Scene scene = {});
 /// What one picture is to have beside its scene.
 struct PictureWords {
   std::vector<std::string> layers;
-  std::optional<double> time_budget_ms;
   int check_error = 0;  ///< pixels to compare with the reference
   std::optional<PageOptions> page{};
 };
@@ -99,12 +98,12 @@ class Drawing {
   void close();
 
  private:
-  void prepare(const Scene& given, bool in_time, const Progress& progress);
+  void prepare(const Scene& given, const Progress& progress);
   /// Whether the session has the medium of a scene.
   bool is_prepared(const Scene& given) const;
   /// `scene`, of the session's medium, with the camera, picture and accuracy that `given` says or
   /// leaves to the look.
-  Scene in_look(const Scene& given, bool in_time, Scene scene) const;
+  Scene in_look(const Scene& given, Scene scene) const;
   Picture finish(Drawn drawn, const Wish& wish, const PictureWords& wanted);
   /// Throws Error(usage) in a call from the `progress` of a picture, which would wait for itself.
   void check_not_drawing() const;

@@ -1,42 +1,13 @@
-#include "study/report.h"
+#include "study/conclusion.h"
 
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <nlohmann/json.hpp>
 
 #include "psivox/parameters.h"
-#include "study/page.h"
-
-// The costs of rules at given errors, and what a study recommends.
 
 namespace psivox {
 namespace {
-
-/// The value at `rms` on the line between two points, in logarithms; `a_error` is above `rms`.
-double between(double rms, double a_error, double b_error, double a, double b) {
-  if (a <= 0 || b <= 0 || b_error <= 0) return b;
-  const double u = std::log(rms / a_error) / std::log(b_error / a_error);
-  return a * std::pow(b / a, u);
-}
-
-/// The need of a curve. Steps and segments are close enough for the error to fall along a line
-/// between two points.
-Need need_of(const StudyCurve& curve, double rms) {
-  Need need{refinement(curve.front()->variant), rms, {}, {}, false};
-  const auto fine = std::ranges::find_if(curve, [&](auto* point) { return !(point->rms() > rms); });
-  if (fine == curve.end()) return need;
-  need.at_most = fine == curve.begin();
-  const auto cost = [&](auto of) {
-    const double end = std::invoke(of, *fine);
-    if (need.at_most) return end;
-    const StudyPoint* coarse = *(fine - 1);
-    return between(rms, coarse->rms(), (*fine)->rms(), std::invoke(of, coarse), end);
-  };
-  need.samples_per_ray = cost(&StudyPoint::samples_per_ray);
-  need.cpu_ms = cost([](const StudyPoint* p) { return median_cpu_ms(*p); });
-  return need;
-}
 
 using Condition = std::function<bool(const StudyPoint&)>;
 
@@ -98,49 +69,7 @@ std::vector<Variant> same_variants(const StudyResults& results, const StudyPoint
   return variants;
 }
 
-/// "34.1, 12 ms"; upper bounds have "≤" in front.
-std::string need_text(const Need& need) {
-  if (!need.samples_per_ray) return "–";
-  std::string text = (need.at_most ? "≤ " : "") + decimals(*need.samples_per_ray, 1);
-  if (*need.cpu_ms > 0) text += ", " + decimals(*need.cpu_ms, 1) + " ms";
-  return text;
-}
-
 }  // namespace
-
-std::string power_text(double rms) { return "1e" + decimals(std::log10(rms), 0); }
-
-std::vector<StudyCurve> curves_of(const std::vector<const StudyPoint*>& points) {
-  std::vector<StudyCurve> curves;
-  for (const StudyPoint* point : points) {
-    auto curve = std::ranges::find_if(curves, [&](const StudyCurve& c) {
-      return refinement(c.front()->variant) == refinement(point->variant);
-    });
-    if (curve == curves.end()) curve = curves.insert(curve, StudyCurve{});
-    curve->push_back(point);
-  }
-  for (StudyCurve& curve : curves)
-    std::ranges::stable_sort(curve, [](const StudyPoint* a, const StudyPoint* b) {
-      return is_coarser(a->variant, b->variant);
-    });
-  return curves;
-}
-
-std::vector<Need> needs_of(const StudyResults& results, const std::vector<double>& rms_wanted) {
-  std::vector<const StudyPoint*> points;
-  for (const StudyPoint& point : results.points) points.push_back(&point);
-  std::vector<Need> needs;
-  for (const StudyCurve& curve : curves_of(points))
-    for (const double rms : rms_wanted) needs.push_back(need_of(curve, rms));
-  return needs;
-}
-
-TextTable needs_table(const StudyResults& results) {
-  TextTable rows = {{"rule"}};
-  for (const Need& need : needs_of(results))
-    set_cell(rows, variant_name(need.variant), "RMS " + power_text(need.rms), need_text(need));
-  return rows;
-}
 
 bool within_eight_bits(const StudyPoint& p) {
   return !p.error.not_finite() && std::max(p.error.radiance.p99, p.error.alpha.p99) <= 0.5 / 255;
@@ -214,6 +143,26 @@ Conclusion conclusion_of(const StudyResults& results) {
 
 namespace {
 
+/// Points of one refinement(), from coarse to fine.
+using StudyCurve = std::vector<const StudyPoint*>;
+
+/// The points' curves, in the order of their first points.
+std::vector<StudyCurve> curves_of(const std::vector<const StudyPoint*>& points) {
+  std::vector<StudyCurve> curves;
+  for (const StudyPoint* point : points) {
+    auto curve = std::ranges::find_if(curves, [&](const StudyCurve& c) {
+      return refinement(c.front()->variant) == refinement(point->variant);
+    });
+    if (curve == curves.end()) curve = curves.insert(curve, StudyCurve{});
+    curve->push_back(point);
+  }
+  for (StudyCurve& curve : curves)
+    std::ranges::stable_sort(curve, [](const StudyPoint* a, const StudyPoint* b) {
+      return is_coarser(a->variant, b->variant);
+    });
+  return curves;
+}
+
 /// A sentence on points whose error is greater than that of a wider step before them; empty if
 /// there are none. Errors that are those of float32 say nothing about steps.
 std::string rises_note(const StudyResults& results) {
@@ -246,7 +195,9 @@ std::string conclusion_text(const StudyResults& results) {
   const auto cost = [&](const StudyPoint& p) {
     return settings(p) + ": RMS " + two_digits(p.rms()) + ", " + look_ups(p);
   };
-  const auto from = [&] { return "for an RMS of " + power_text(fine_rms) + " or less use "; };
+  const auto from = [&] {
+    return formatted("for an RMS of 1e%.0f or less use ", std::log10(fine_rms));
+  };
   std::string text;
   if (!coarse && !fine) {
     const auto best = std::ranges::min_element(results.points, {}, &StudyPoint::rms);

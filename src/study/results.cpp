@@ -9,9 +9,10 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "psivox/marcher.h"
 #include "psivox/parameters.h"
+#include "study/conclusion.h"
 #include "study/page.h"
-#include "study/report.h"
 
 namespace psivox {
 namespace {
@@ -29,6 +30,10 @@ Json json_of(const Variant& v) {
          {"segments", v.method.segments},    {"step", v.method.step},
          {"filter", text("filter")},         {"texel", text("texel")}};
   if (v.resolution.x > 0) j["resolution"] = text("resolution");
+  j.update({{"name", variant_name(v)},  // for the page
+            {"rule", rule_name(v)},
+            {"setting", sampling_name(v)},
+            {"curve", variant_name(refinement(v))}});
   return j;
 }
 
@@ -75,6 +80,8 @@ std::optional<PictureError> optional_error_from(const Json& j) {
   return j.is_null() ? std::nullopt : std::optional(error_from(j));
 }
 
+}  // namespace
+
 Json json_of(const StudyPoint& p) {
   Json j = json_of(p.variant);
   if (p.chosen) {
@@ -94,6 +101,8 @@ Json json_of(const StudyPoint& p) {
     j["times_ms"].push_back({{"wall", t.wall_ms}, {"gpu", t.gpu_ms}, {"cpu", t.cpu_ms}});
   return j;
 }
+
+namespace {
 
 StudyPoint point_from(const Json& j) {
   StudyPoint p;
@@ -230,6 +239,15 @@ Deviation deviation(const Image& a, const Image& b, std::size_t first, std::size
           .not_finite = not_finite};
 }
 
+/// Median over the points of the distance between a clock's quartiles, relative to its median.
+double scatter(const StudyResults& results, double TimeSample::*clock) {
+  std::vector<double> all;
+  for (const StudyPoint& point : results.points)
+    if (const Spread s = spread(point, clock); s.median > 0)
+      all.push_back((s.upper - s.lower) / s.median);
+  return spread_of(all).median;
+}
+
 }  // namespace
 
 double PictureError::rms() const {
@@ -257,6 +275,23 @@ std::string command_of(const StudyResults& results) {
   return render_command_line(scene_in(results), "picture.png");
 }
 
+std::string clock_note(const StudyResults& results) {
+  // 5 % is less than a mark is wide
+  constexpr double visible = 0.05, more = 2;
+  const double wall = scatter(results, &TimeSample::wall_ms);
+  const double processor = scatter(results, &TimeSample::cpu_ms);
+  if (!is_software(results.renderer) || wall < visible || wall < more * processor) return "";
+  return "The machine did other work: between repeats, wall times scatter by " +
+         percent_text(wall) + " and processor times by " + percent_text(processor) +
+         " (the distance of the quartiles over the median; half of the points have more). The "
+         "draws are the processor's, so only its time is plotted.";
+}
+
+std::string reference_name(const Variant& variant) {
+  if (variant.resolution.x == 0) return "reference";
+  return "reference_" + parameter_text(scene_of(variant, {}), "resolution");
+}
+
 std::string results_json(const StudyResults& r) {
   Json out = {
       {"psivox_study", format_version},
@@ -271,6 +306,8 @@ std::string results_json(const StudyResults& r) {
       {"reference", {{"error_bound", r.reference_bound}}},
       {"repeats", r.repeats}};
   out["conclusion"] = conclusion_json(r);
+  out["clock_note"] = clock_note(r);
+  out["rules"] = rules_json();
   out["skipped"] = Json::array();
   for (const SkippedVariant& s : r.skipped) {
     out["skipped"].push_back(json_of(s.variant));
@@ -280,7 +317,7 @@ std::string results_json(const StudyResults& r) {
   for (const StudyPoint& point : r.points) out["points"].push_back(json_of(point));
   out["foreign"] = Json::array();
   for (const ForeignPoint& point : r.foreign) out["foreign"].push_back(json_of(point));
-  return out.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(out);
 }
 
 std::string results_csv(const StudyResults& results) {

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec2.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -156,12 +157,22 @@ struct ForeignPoint {
 inline std::string shown_name(const ForeignPoint& point) {
   return point.picture.name + " (foreign)";
 }
-/// The renderer, without its setting.
-inline std::string renderer_name(const ForeignPoint& point) {
-  return point.picture.name.substr(0, point.picture.name.find(' '));
-}
 /// The name as that of a file, without extension.
 std::string file_name(const ForeignPicture& picture);
+
+/// The point as results.json has it.
+nlohmann::ordered_json json_of(const StudyPoint& point);
+
+/// The folders of pictures in a study's folder. Each has a `file_name(variant)`.png for each point.
+inline constexpr const char* pictures_folder = "pictures";
+inline constexpr const char* differences_folder = "differences";
+
+/// The page on which the study's picture turns, if there is one.
+inline constexpr const char* turning_name = "turning.html";
+
+/// File name, without extension, of the reference for a variant. There is one reference per
+/// resolution.
+std::string reference_name(const Variant& variant);
 
 /// The contents of results.json.
 struct StudyResults {
@@ -178,12 +189,15 @@ struct StudyResults {
   std::vector<SkippedVariant> skipped;
   std::vector<StudyPoint> points;
   std::vector<ForeignPoint> foreign{};
-  std::string name{};  ///< of its folder; not in the file
 };
 
 Scene scene_in(const StudyResults& results);
 /// The command that draws the study's scene by the default method.
 std::string command_of(const StudyResults& results);
+
+/// If a software renderer's wall times scatter between repeats and its processor times do not: a
+/// sentence that says so; then the page plots processor time alone. Else empty.
+std::string clock_note(const StudyResults& results);
 
 std::string results_json(const StudyResults& results);
 /// A line for each point, with all digits of each number.

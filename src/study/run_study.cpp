@@ -20,8 +20,8 @@
 #include "psivox/parameters.h"
 #include "psivox/study.h"
 #include "psivox/vdb.h"
+#include "study/conclusion.h"
 #include "study/page.h"
-#include "study/report.h"
 #include "study/results.h"
 #include "study/study_pictures.h"
 
@@ -159,7 +159,21 @@ class StudyRun {
     pictures_.write_turning_page();
   }
 
-  void report() const { write_report(results(), options_.folder); }
+  void report() const {
+    const StudyResults now = results();
+    std::vector<PagePicture> pictures;
+    const auto add = [&](const std::string& name) {
+      for (const char* folder : {pictures_folder, differences_folder})
+        pictures.push_back({std::string(folder) + "/" + name + ".png"});
+    };
+    for (const StudyPoint& point : now.points) {
+      add(file_name(point.variant));
+      pictures.push_back({reference_name(point.variant) + ".png", 512});
+    }
+    for (const ForeignPoint& point : now.foreign) add(file_name(point.picture));
+    write_page(options_.folder, "psivox study of " + fs::path(now.input).filename().string(),
+               results_json(now), pictures, {turning_name});
+  }
 
   StudyResults results() const {
     StudyResults results = base_;

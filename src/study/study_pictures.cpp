@@ -15,7 +15,6 @@
 #include "psivox/picture_file.h"
 #include "scene/json_problem.h"
 #include "study/page.h"
-#include "study/report.h"
 
 namespace psivox {
 namespace {

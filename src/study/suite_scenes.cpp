@@ -9,9 +9,7 @@
 #include "scene/transfer_function.h"
 #include "study/page.h"
 #include "study/suite.h"
-#include "verify/case.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
+#include "verify/made.h"
 
 namespace psivox {
 namespace {
@@ -64,10 +62,10 @@ struct Maker {
     return make_view(scene, std::move(density), nullptr);
   }
 
-  /// Looks at a plate from one place of its index space to another.
-  Scene across(const Plate& plate, double K, const glm::dvec3& from, const glm::dvec3& to) const {
+  /// Looks at a field from one place of its index space to another.
+  Scene across(const Field& field, double K, const glm::dvec3& from, const glm::dvec3& to) const {
     const auto world = [&](const glm::dvec3& p) {
-      return glm::dvec3(plate.world_from_index * glm::dvec4(p, 1));
+      return glm::dvec3(field.world_from_index * glm::dvec4(p, 1));
     };
     Scene out = looking(scene(K), world(from), world(to));
     out.fov = 25;
@@ -75,16 +73,10 @@ struct Maker {
   }
 
   /// A plate of glowing values, L = value.
-  SuiteScene plate(const std::string& name, const std::string& medium, const Plate& plate, double K,
+  SuiteScene plate(const std::string& name, const std::string& medium, const Field& plate, double K,
                    const glm::dvec3& from, const glm::dvec3& to) const {
-    const View view = view_of(across(plate, K, from, to), plate.field(), Glow::density);
-    return {name,
-            medium,
-            Smoothness::kinks,
-            {view},
-            value_rules,
-            usual_steps,
-            [=](const WorldRay& ray) { return -std::expm1(-K * plate.along(ray)); }};
+    const View view = view_of(across(plate, K, from, to), plate, Glow::density);
+    return {name, medium, Smoothness::kinks, {view}, value_rules, usual_steps};
   }
 
   /// The cube through tents, from 30 degrees above its middle, in several turns about z.
@@ -121,34 +113,31 @@ double marschner_lobb(const glm::dvec3& p) {
   return (1 - std::sin(pi / 2 * p.z) + alpha * (1 + ripple)) / (2 * (1 + alpha));
 }
 
-/// Length along x where the plate's value, linear between voxels, is above a level [voxels].
-double width_above(const Plate& plate, double level) {
-  double sum = 0;
-  for (int x = -1; x < int(plate.values.size()); ++x) {
-    const double a = plate.value(x) - level, b = plate.value(x + 1) - level;
-    sum += a > 0 && b > 0 ? 1 : a > 0 || b > 0 ? std::max(a, b) / std::abs(a - b) : 0;
-  }
-  return sum;
+/// A field that varies only along x, by `count` values from x = 0 on.
+Field plate_of(int count, const std::function<double(int x)>& value,
+               const glm::dmat4& m = glm::dmat4(1)) {
+  return make_field(
+      {{0, -30, -30}, {count - 1, 30, 30}}, [&](glm::ivec3 v) { return float(value(v.x)); }, m);
 }
 
 /// A Gaussian along x.
-const Plate bell{profile(33, [](int x) { return std::exp(-std::pow((x - 16) / 6.0, 2)); })};
+Field bell() {
+  return plate_of(33, [](int x) { return std::exp(-std::pow((x - 16) / 6.0, 2)); });
+}
 
 /// Values that attenuate and glow.
 void add_values(std::vector<SuiteScene>& all, const Maker& make) {
-  all.push_back(make.plate("gaussian", "e^(-x²/36) across 33 voxels, K 0.3, L = value", bell, 0.3,
+  all.push_back(make.plate("gaussian", "e^(-x²/36) across 33 voxels, K 0.3, L = value", bell(), 0.3,
                            {-40, 6, 9}, {16, 0, 0}));
-  all.push_back(make.plate("inside", "the same Gaussian, with the camera in its middle", bell, 0.3,
-                           {14.3, 0.2, 0.4}, {30, 3, 2}));
+  all.push_back(make.plate("inside", "the same Gaussian, with the camera in its middle", bell(),
+                           0.3, {14.3, 0.2, 0.4}, {30, 3, 2}));
   all.back().smoothness = Smoothness::cut;
   all.back().steps = first_order_steps;
-  const double K = 0.5, slope = 0.125;
-  const Plate ramp{profile(56, [=](int x) { return slope * std::min(x + 1, 32); })};
-  all.push_back(make.plate("ramp", "a value that rises by 1/8 a voxel, K 0.5, L = value", ramp, K,
+  const Field ramp = plate_of(56, [](int x) { return 0.125 * std::min(x + 1, 32); });
+  all.push_back(make.plate("ramp", "a value that rises by 1/8 a voxel, K 0.5, L = value", ramp, 0.5,
                            {-20, 2, 3}, {4, 0, 0}));
-  all.back().channel = 0;
-  all.back().truth = [=](const WorldRay& ray) { return rising_glow(K, slope * ramp.slope(ray)); };
-  const Plate turned{profile(33, [](int x) { return 0.125 * std::min(x, 12); }), {}, sheared};
+  const Field turned = plate_of(
+      33, [](int x) { return 0.125 * std::min(x, 12); }, sheared);
   all.push_back(make.plate("rotated",
                            "a ramp and a plateau, rotated, sheared, in voxels of 0.3 x 0.5 x 1.1",
                            turned, 0.3, {-30, 3, 2}, {16, 0, 0}));
@@ -160,8 +149,7 @@ void add_values(std::vector<SuiteScene>& all, const Maker& make) {
                  Smoothness::kinks,
                  {voxel},
                  value_rules,
-                 fine_steps,
-                 [=](const WorldRay& ray) { return -std::expm1(-2 * tent_along(ray, at)); }});
+                 fine_steps});
   const Spheres both = thesis_spheres();
   const Scene along = looking(make.scene(0.12), {15.5, 15.5, 200}, {15.5, 15.5, 28}, 32.0);
   all.push_back({"spheres",
@@ -186,16 +174,13 @@ void add_functions(std::vector<SuiteScene>& all, const Maker& make) {
   const double level = 0.6, opacity = 0.4;
   const TransferFunction step(
       {{level, 0, color_of(level)}, {level, 1, color_of(level)}, {1, 1, color_of(1)}});
-  SuiteScene stepped = make.plate("step", "the Gaussian, vacuum below 0.6, K 0.4 above", bell,
+  SuiteScene stepped = make.plate("step", "the Gaussian, vacuum below 0.6, K 0.4 above", bell(),
                                   opacity, {-40, 6, 9}, {16, 0, 0});
-  Scene across = make.across(bell, opacity, {-40, 6, 9}, {16, 0, 0});
-  stepped.views = {make.view(across, "step", step, share(bell.field()))};
+  Scene across = make.across(bell(), opacity, {-40, 6, 9}, {16, 0, 0});
+  stepped.views = {make.view(across, "step", step, share(bell()))};
   stepped.smoothness = Smoothness::jumps;
   stepped.rules = function_rules;
   stepped.steps = first_order_steps;
-  stepped.truth = [=](const WorldRay& ray) {
-    return -std::expm1(-opacity * width_above(bell, float(level)) / std::abs(bell.slope(ray)));
-  };
   all.push_back(stepped);
   const auto blob = [&](double K) {
     return looking(make.scene(K), {80, 66, 70}, {19.5, 17.5, 15.5}, 44.0);
@@ -218,6 +203,23 @@ void add_functions(std::vector<SuiteScene>& all, const Maker& make) {
 }
 
 }  // namespace
+
+Spheres thesis_spheres() {
+  const auto sphere = [](const glm::dvec3& p, const glm::dvec3& c) {
+    const glm::dvec3 d = (p - c) / 12.0;
+    return std::max(0.0, 1 - glm::dot(d, d));
+  };
+  const Box box{{0, 0, 0}, {31, 31, 55}};
+  return {make_field(box,
+                     [&](glm::ivec3 v) {
+                       const glm::dvec3 p(v);
+                       return float(sphere(p, {17, 17, 40}) + sphere(p, {14, 14, 16}));
+                     }),
+          make_vector_field(box, [](glm::ivec3 v) {
+            const float red = float(std::clamp((v.z - 22) / 12.0, 0.0, 1.0));
+            return glm::vec3(0.05f + 0.95f * red, 0.15f, 1.0f - 0.95f * red);
+          })};
+}
 
 std::vector<SuiteScene> suite_scenes(bool full, const std::filesystem::path& folder) {
   const Maker make{full, folder};

@@ -26,7 +26,7 @@ SMALL = (48, 32)
      "--colormap viridis --opacity 0:0,1:0.5 --range 1%,99% --color-bar --aov transmittance,depth"),
     ({"mode": "isosurface", "isovalue": 0.5, "projection": "orthographic", "device": None},
      "--mode isosurface --isovalue 0.5 --projection orthographic"),
-    ({"background": "none", "time_budget": 1e6}, "--background none --time-budget 1e6"),
+    ({"background": "none"}, "--background none"),
     ({"grid": "temperature", "renderer": "march-double", "step": 1, "clip_plane": "x=0"},
      "--grid temperature --renderer march-double --step 1 --clip-plane x=0"),
 ])
@@ -256,14 +256,10 @@ def test_wrong_keywords(blobs, refused):
     refused(2, psivox.render, blobs, fov=object())
     refused(2, psivox.render, blobs, progress=3)
     refused(2, psivox.render, blobs, camera_position=(1, float("nan"), 0))
-    for name, value in [("aov", 3), ("check_error", -1), ("check_error", "x"), ("time_budget", 0),
-                        ("time_budget", float("nan")), ("scene", 3), ("scene", {"fov": object()})]:
+    for name, value in [("aov", 3), ("check_error", -1), ("check_error", "x"),
+                        ("scene", 3), ("scene", {"fov": object()})]:
         refused(2, psivox.render, blobs, **{name: value})
-    for name, value in [("volumes", [np.zeros((9, 9))]), ("tolerance", 1e-3)]:
-        assert len(refused(2, psivox.render, blobs, time_budget=9, **{name: value})) < 80
-    with psivox.Session(blobs, resolution=SMALL, tolerance=1e-3) as session:
-        assert session.render(time_budget=1e6).estimate  # in place of the session's tolerance
-        refused(2, session.render, time_budget=9, tolerance=1e-3)
+    assert len(refused(2, psivox.render, blobs, step=1, volumes=[np.zeros((9, 9))])) < 80
     refused(2, psivox.show, blobs, page_limit="x")
     refused(2, psivox.study, blobs, repeats=0)
     assert "mean aov" not in refused(2, psivox.study, blobs, aov="depth")

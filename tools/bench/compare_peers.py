@@ -7,7 +7,6 @@ Builds the peers that it finds into build/peers, draws each scene by every metho
 in rounds, and measures every picture against `psivox render --renderer reference`. For each scene
 it prints the time at RMS 1e-2 to 1e-5, interpolated between the steps in logarithms. All numbers
 are in build/peers/peers.csv. Scenes A and B need ../shared/peers, the others ../shared/data.
-A marcher over a dense texture (dense.cpp) draws constant luminance or the density.
 vdb_render, Blender's Cycles and VTK draw constant luminance, through the camera that `psivox study
 --camera-for` prints; --study puts the peers' pictures and process times into a study of each scene."""
 
@@ -121,10 +120,6 @@ class Bench:
 
     def find_peers(self):
         """Builds the peers and makes scenes A and B; prints what is missing."""
-        self.dense = self.psivox.parents[1] / "tools/dense"
-        if not self.dense.exists():
-            say("skipped: dense texture: build psivox_dense")
-            self.dense = None
         mkscene = self.build(self.options.peers / "mkscene.cpp")
         if mkscene and not (self.out / "scene.vdb").exists():
             run([mkscene, self.out / "scene"])
@@ -194,15 +189,6 @@ class Bench:
                           f"size={self.options.size}", f"termination={TERMINATION}", *words])
         return draw
 
-    def dense_method(self, step, filter):
-        def draw(scene, picture):
-            complete = run([self.psivox, "render", *self.scene_options(scene), "--print-scene",
-                            "--integrator", "porter-duff", "--step", step, "--filter", filter])
-            file = self.out / "dense.json"
-            file.write_text(complete[0])
-            return timed([self.dense, file, picture])
-        return draw
-
     def foreign_method(self, name, step):
         """Draws through the camera that psivox prints; the step is in voxels."""
         formats = {"cycles": "blender", "vtk": "paraview"}
@@ -244,9 +230,6 @@ class Bench:
         result = []
         if self.nanovdb:
             result += [("NanoVDB loop", step, self.nanovdb_method(step)) for step in STEPS + FINE_STEPS]
-        if self.dense and SCENES[name]["from"] in ("0,0,0", SCENES[name]["to"]):
-            result += [(f"dense texture, {filter}", step, self.dense_method(step, filter))
-                       for filter in ("exact", "hardware") for step in (4, 2, 1, 0.5)]
         if SCENES[name]["from"] == SCENES[name]["to"]:
             result += [(peer, step, self.foreign_method(peer, step))
                        for peer in self.foreign for step in (4, 2, 1, 0.5, 0.25)]

@@ -2,7 +2,6 @@
 
 import argparse
 import json
-import re
 import subprocess
 from pathlib import Path
 
@@ -24,8 +23,3 @@ def render(options, arguments, picture):
     subprocess.run([str(word) for word in (options.psivox, "render", *arguments, "-o", picture,
                                            "-q", "--stats", stats)], check=True)
     return json.loads(stats.read_text())
-
-
-def rms(options, a, b):
-    text = subprocess.run([options.psivox, "compare", a, b], capture_output=True, text=True).stdout
-    return float(re.search(r"^rms +(\S+)", text, re.M).group(1))

@@ -20,7 +20,7 @@ __all__ = ["Comparison", "Image", "Page", "Session", "compare", "devices", "refe
            "show", "study", "verify"]
 
 # keywords of calls that are not the scene's
-_picture_names = ("aov", "camera", "check_error", "progress", "time_budget")
+_picture_names = ("aov", "camera", "check_error", "progress")
 _study_names = ("add", "camera", "folder", "progress", "repeats", "resume", "scene", "split")
 
 
@@ -149,11 +149,6 @@ def _layers(aov):
     return names
 
 
-def _check_budget(time_budget, scene):
-    if time_budget is not None and scene.get("tolerance") is not None:
-        usage("time_budget and tolerance exclude each other")
-
-
 class Session:
     """A volume whose pictures share its grids, its light, its atlas and an OpenGL context.
 
@@ -174,21 +169,17 @@ class Session:
         self._source = source
         self._drawing = _core.Drawing(opened.file, words)
 
-    def render(self, *, aov=(), time_budget=None, check_error=0, progress=None, camera=None,
-               **scene):
+    def render(self, *, aov=(), check_error=0, progress=None, camera=None, **scene):
         """Draws the session's scene with these keywords in place of its own; see psivox.render."""
-        _check_budget(time_budget, scene)
         words = words_of(scene, _picture_names, None, camera)
-        return self._draw(words, aov, time_budget, check_error, progress)
+        return self._draw(words, aov, check_error, progress)
 
-    def _draw(self, words, aov, time_budget, check_error, progress, page=None, depth=3):
-        if time_budget is not None:
-            time_budget = positive_number(time_budget, "time_budget")
+    def _draw(self, words, aov, check_error, progress, page=None, depth=3):
         check_error = whole_number(check_error, "check_error", 0)
         layers = _layers(aov)
         bar = _Progress(progress)
         try:
-            image = self._drawing.draw(words, layers, time_budget, check_error, bar.report, page)
+            image = self._drawing.draw(words, layers, check_error, bar.report, page)
         finally:
             bar.close()
         for notice in image.notices:
@@ -207,8 +198,7 @@ class Session:
         self.close()
 
 
-def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, scene=None,
-           camera=None, **keywords):
+def render(source, *, aov=(), check_error=0, progress=None, scene=None, camera=None, **keywords):
     """Draws a picture, the one that `psivox render` draws with the same options.
 
     source: a .vdb's path, a grid of `psivox.open`, an array by [x, y, z] (see `psivox.field`), or a
@@ -216,7 +206,6 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
     aov: extra layers: depth, transmittance, steps, samples, error, bound; or deep, a deep picture:
         image["deep"] is the number of samples of each pixel and, from front to back, their Z,
         ZBack, R, G, B and A.
-    time_budget: chooses the most accurate method for this time [ms], in place of a tolerance.
     check_error: compares so many pixels with the reference; see Image.checked.
     progress: a function of the finished fraction, or tqdm.
     scene: a scene that the keywords override: a dict such as Image.scene, a .json, or a picture
@@ -226,13 +215,12 @@ def render(source, *, aov=(), time_budget=None, check_error=0, progress=None, sc
 
     Returns an Image. Ctrl-C ends the work. Raises psivox.Error.
     """
-    return _render(source, aov, time_budget, check_error, progress, scene, camera, keywords)
+    return _render(source, aov, check_error, progress, scene, camera, keywords)
 
 
-def _render(source, aov, time_budget, check_error, progress, scene, camera, keywords):
-    _check_budget(time_budget, keywords)
+def _render(source, aov, check_error, progress, scene, camera, keywords):
     with Session(source, scene=scene, camera=camera, **keywords) as session:
-        return session._draw(words_of({}), aov, time_budget, check_error, progress, depth=4)
+        return session._draw(words_of({}), aov, check_error, progress, depth=4)
 
 
 def _page_name(path):
@@ -272,16 +260,15 @@ def show(source, *, credit="", page_limit=32, progress=None, scene=None, camera=
     """
     with Session(source, scene=scene, camera=camera, **keywords) as session:
         page = (str(credit), positive_number(page_limit, "page_limit"))
-        return Page(session._draw(words_of({}), (), None, 0, progress, page))
+        return Page(session._draw(words_of({}), (), 0, progress, page))
 
 
 def reference(source, *, aov=(), progress=None, scene=None, camera=None, **keywords):
     """Draws with the reference: another algorithm, in double precision on the CPU. Takes the
-    keywords of `psivox.render`, but for time_budget and check_error. A tolerance and a renderer in
-    `scene` do not matter."""
+    keywords of `psivox.render`, but for check_error. A tolerance and a renderer in `scene` do not matter."""
     if isinstance(scene, collections.abc.Mapping):
         scene = {name: value for name, value in scene.items() if name != "tolerance"}
-    return _render(source, aov, None, 0, progress, scene, camera,
+    return _render(source, aov, 0, progress, scene, camera,
                    {**keywords, "renderer": "reference"})
 
 
@@ -324,7 +311,7 @@ def study(source, folder=None, *, add=None, repeats=3, split=True, resume=False,
           scene=None, camera=None, **keywords):
     """Draws one scene by many methods and measures the error and the time of each.
 
-    folder: for the tables, plots and pictures of `psivox study`; by default they are not kept.
+    folder: for what `psivox study` writes; by default it is not kept.
     add: pictures of other renderers by name, each a file, or a file and its time [ms].
     repeats: timed runs of each method, 1 to 1000.
     split: also measures step error and arithmetic error apart, which takes most of the time.

@@ -1,16 +1,34 @@
-#include "study/suite.h"
+// Orders of convergence after Etiene et al. 2014: one length shrinks at a time, in media that are
+// formulas with exact pictures. docs/method.md quotes what this prints.
 
+#include <gtest/gtest.h>
+
+#include <cstdio>
 #include <glm/gtc/matrix_transform.hpp>
+#include <string>
+#include <vector>
 
 #include "base/statistics.h"
+#include "made_fields.h"
 #include "march/formula_march.h"
 #include "psivox/draw.h"
-#include "study/results.h"
-#include "verify/made_fields.h"
-#include "verify/made_views.h"
+#include "psivox/integrators.h"
+#include "smooth_ray.h"
+#include "study/suite.h"
 
 namespace psivox {
 namespace {
+
+/// An order, and the errors that it is fitted to.
+struct Order {
+  std::string rays;                   ///< where they begin and end
+  std::string way;                    ///< the rule, and how else the picture is made
+  double K = 0;                       ///< extinction: optical depth over a width of the medium
+  double expected = 0;                ///< its order
+  double floor = 0;                   ///< errors below it are rounding
+  bool about = false;                 ///< the rule has an error that does not fall with the length
+  std::vector<LengthError> errors{};  ///< RMS of the radiance, from coarse to fine
+};
 
 /// The ends of a ray. The medium is 8 units of x wide.
 struct RayEnds {
@@ -37,9 +55,8 @@ double phase_rms(Integrator rule, const SmoothRay& medium, const RayEnds& ends, 
   return sum.rms();
 }
 
-OrderRow step_row(Integrator rule, double K, const RayEnds& ends, bool corrected) {
-  OrderRow row{Refined::step, ends.name,
-               rule_name({{.integrator = rule}}) + (corrected ? ", end corrections" : ""), rule, K};
+Order step_row(Integrator rule, double K, const RayEnds& ends, bool corrected) {
+  Order row{ends.name, std::string(info(rule).name) + (corrected ? ", end corrections" : ""), K};
   row.expected = rule == Integrator::psi_balanced ? (ends.inside && !corrected ? 2 : 4)
                  : rule == Integrator::porter_duff && ends.inside ? 1
                                                                   : 2;
@@ -157,11 +174,8 @@ std::array<double, 3> sheet_errors(int side) {
           std::abs(pixels.mean() - mean / (sheet_width * sheet_width))};
 }
 
-}  // namespace
-
-std::vector<OrderRow> step_orders(const Progress& progress) {
-  std::vector<OrderRow> rows;
-  const double all = 2 * 3 * 12;
+std::vector<Order> step_orders() {
+  std::vector<Order> rows;
   for (const RayEnds& ends : ray_ends)
     for (const double K : {0.3, 3.0, 30.0})
       for (const IntegratorInfo& rule : integrators) {
@@ -169,20 +183,18 @@ std::vector<OrderRow> step_orders(const Progress& progress) {
         rows.push_back(step_row(rule.id, K, ends, false));
         if (rule.id == Integrator::psi_balanced && ends.inside)
           rows.push_back(step_row(rule.id, K, ends, true));
-        if (progress) progress(double(rows.size()) / all);
       }
   return rows;
 }
 
-std::vector<OrderRow> voxel_orders(const Progress& progress) {
+std::vector<Order> voxel_orders() {
   const Scene outside = looking(small_scene(24, bump_K), {6, 4, 5}, {0, 0, 0}, 3.0);
   const Scene inside = looking(small_scene(24, bump_K), {0.3, -0.2, 0.1}, {-1, 0.5, 0.3});
-  std::vector<OrderRow> rows;
+  std::vector<Order> rows;
   for (const Scene* scene : {&outside, &inside})
     for (const VoxelMethod& method : voxel_methods) {
       const char* rays = scene == &outside ? "vacuum to vacuum" : "from inside";
-      rows.push_back(
-          {Refined::voxel, rays, method.name, method.rule, bump_K, 2, false, picture_floor});
+      rows.push_back({rays, method.name, bump_K, 2, picture_floor});
     }
   const int first = 1, last = 4;
   for (int level = first; level <= last; ++level) {
@@ -198,24 +210,52 @@ std::vector<OrderRow> voxel_orders(const Progress& progress) {
         row->errors.emplace_back(voxel, bump_rms(view, voxel_picture(view, method, voxel)));
         ++row;
       }
-    if (progress) progress(double(level - first + 1) / (last - first + 1));
   }
   return rows;
 }
 
-std::vector<OrderRow> pixel_orders(const Progress& progress) {
-  std::vector<OrderRow> rows;
+std::vector<Order> pixel_orders() {
+  std::vector<Order> rows;
   for (const auto& [look_up, order] : {std::pair("the nearest pixel", 1),
                                        {"bilinear between pixels", 2},
                                        {"mean of the picture", 2}})
-    rows.push_back({Refined::pixel, "vacuum to vacuum", look_up, Integrator::psi_weighted,
-                    8 * sheet_K, double(order), false, picture_floor});
+    rows.push_back({"vacuum to vacuum", look_up, 8 * sheet_K, double(order), picture_floor});
   for (int side = 8; side <= 128; side *= 2) {
     auto row = rows.begin();
     for (const double error : sheet_errors(side)) (row++)->errors.emplace_back(1.0 / side, error);
-    if (progress) progress(side / 128.0);
   }
   return rows;
 }
 
+// Four halvings: higher orders contribute at most 10 % of an order if the lengths are as fine as
+// here.
+TEST(Orders, AreThoseExpected) {
+  std::vector<Order> rows = step_orders();
+  EXPECT_EQ(rows.size(), 2u * 3 * 11 + 3);
+  for (const auto& more : {voxel_orders(), pixel_orders()})
+    rows.insert(rows.end(), more.begin(), more.end());
+  for (const Order& row : rows) {
+    const std::vector<LengthError> fitted = finest_four(row.errors, row.floor);
+    ASSERT_EQ(fitted.size(), 4u) << row.way;
+    const double observed = fitted_order(fitted);
+    std::printf("  %-30s %-17s K %-4g expected %s%g, observed %.3f, errors %.2e to %.2e\n",
+                row.way.c_str(), row.rays.c_str(), row.K, row.about ? "about " : "", row.expected,
+                observed, fitted.front().second, fitted.back().second);
+    // convergence_test bounds the error of an approximate Psi
+    EXPECT_NEAR(observed, row.expected, row.about ? 0.5 : 0.1)
+        << row.way << ' ' << row.rays << ' ' << row.K;
+  }
+}
+
+TEST(Orders, AreFittedToTheFinestAboveRounding) {
+  std::vector<LengthError> errors;
+  for (double h = 1; h > 1.0 / 100; h /= 2) errors.emplace_back(h, 3 * h * h * h);
+  EXPECT_NEAR(fitted_order(errors), 3, 1e-12);
+  const auto fitted = finest_four(errors, 1e-4);
+  ASSERT_EQ(fitted.size(), 4u);
+  EXPECT_EQ(fitted.back().first, 1.0 / 16);  // 3/32^3 is 9e-5
+  EXPECT_EQ(finest_four(errors, 0.1).size(), 2u);
+}
+
+}  // namespace
 }  // namespace psivox
