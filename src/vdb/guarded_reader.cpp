@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/memory.h"
-#include "grid_head.h"
+#include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -31,16 +31,14 @@ bool is_of_this_process(const std::exception& error) {
   return dynamic_cast<const std::bad_alloc*>(&error) || lacks_threads(error);
 }
 
-/// The answer of a process, after check(answer); none if the process lacks the module `trees`.
-/// Throws Error(input), also if the answer is nonsense.
+/// The answer of a process, after check(answer). Throws Error(input), also if the answer is
+/// nonsense.
 template <typename R, typename Check>
-std::optional<typename R::Answer> ask_process(guard::Process& process, const FileBlocks& file,
-                                              const R& request, int descriptor,
-                                              const Progress& progress, const Check& check) {
+typename R::Answer ask_process(guard::Process& process, const FileBlocks& file, const R& request,
+                               int descriptor, const Progress& progress, const Check& check) {
   try {
     const std::string bytes = process.ask(guard::packed(Request(request)), descriptor,
                                           subject(file.path(), request.grid), progress);
-    if (bytes.empty()) return {};
     typename R::Answer answer;
     guard::unpack(bytes, answer);
     check(answer);
@@ -74,12 +72,11 @@ class GuardedLeaves final : public LeafReader {
       const auto some = leaves.first(std::min(at_once, leaves.size()));
       const std::span to(values, some.size() * floats_per_leaf_);
       const LeavesRequest request{.numbers = {some.begin(), some.end()}, .what = what};
-      const std::optional<LeavesAnswer> answer =
+      const LeavesAnswer answer =
           ask_process(*process_, *file_, request, -1, {},
                       [&](const LeavesAnswer& got) { take(got, to, what == LeafRead::active); });
-      if (!answer) throw nonsense(*file_, "nothing");
       budget_->deliver(to.size_bytes());
-      found = found + answer->survey;
+      found = found + answer.survey;
       values += to.size();
     }
     return found;
@@ -118,15 +115,14 @@ class GuardedReader final : public Reader {
       : file_(std::move(file)),
         data_(std::move(data)),
         progress_(std::move(progress)),
-        budget_(std::make_shared<guard::Budget>(file_->size() + (data_ ? data_->size() : 0))) {}
+        budget_(std::make_shared<guard::Budget>(file_->size() + (data_ ? data_->size() : 0))) {
+    if (has_grids(*file_)) guard::prepare_server();
+  }
 
   FileFacts facts() override {
     const std::lock_guard lock(mutex_);
     facts_ = ask(FactsRequest());
     budget_->claim(facts_.value_bytes);
-    // so that OpenVDB is there when the grid is read
-    if (std::ranges::count(facts_.grids, level_set_class, &GridFacts::grid_class) > 0)
-      guard::prepare_server();
     return facts_;
   }
 
@@ -209,21 +205,15 @@ class GuardedReader final : public Reader {
   /// Error that the process answers with.
   template <typename R, typename Check = decltype(no_check)>
   typename R::Answer ask(const R& request, int descriptor = -1, const Check& check = no_check) {
-    for (bool prepared = false;; prepared = true) {
-      auto process = process_ ? std::move(process_) : started();
-      std::optional<typename R::Answer> answer;
-      try {
-        answer = ask_process(*process, *file_, request, descriptor, progress_, check);
-      } catch (const Error&) {
-        if (process->is_intact()) process_ = std::move(process);
-        throw;
-      }
-      if (answer) {
-        process_ = std::move(process);
-        return std::move(*answer);
-      }
-      if (prepared) throw nonsense(*file_, "nothing");
-      guard::prepare_server();
+    auto process = process_ ? std::move(process_) : started();
+    try {
+      typename R::Answer answer =
+          ask_process(*process, *file_, request, descriptor, progress_, check);
+      process_ = std::move(process);
+      return answer;
+    } catch (const Error&) {
+      if (process->is_intact()) process_ = std::move(process);
+      throw;
     }
   }
 

@@ -8,12 +8,12 @@
 #include <utility>
 
 #include "base/memory.h"
+#include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
 #include "reading_messages.h"
 #include "survey.h"
-#include "trees.h"
 
 namespace psivox {
 namespace vdb {
@@ -24,20 +24,13 @@ class ReaderService final : public guard::Service {
  public:
   ReaderService(std::string path, guard::Descriptor file, Progress progress)
       : file_(std::make_shared<FileBlocks>(std::move(path), file.release())),
-        progress_(std::move(progress)) {
-    load_no_trees();
-  }
+        progress_(std::move(progress)) {}
 
-  /// Empty if the process lacks the module `trees`.
   std::string answer(std::string_view bytes, int descriptor) override {
     Request request;
     guard::unpack(bytes, request);
-    try {
-      return std::visit(
-          [&](const auto& known) { return guard::packed(answer_to(known, descriptor)); }, request);
-    } catch (const TreesNeeded&) {
-      return {};
-    }
+    return std::visit(
+        [&](const auto& known) { return guard::packed(answer_to(known, descriptor)); }, request);
   }
 
  private:
@@ -106,14 +99,14 @@ class ReaderService final : public guard::Service {
 };
 
 /// Loads the module for all readers. If that fails, each of them says why.
-void load_trees() {
+void load_module() {
   try {
-    trees();
+    grids_module();
   } catch (const Error&) {
   }
 }
 
-constexpr guard::Trade reading{load_trees,
+constexpr guard::Trade reading{load_module,
                                [](std::string path, guard::Descriptor file,
                                   Progress progress) -> std::unique_ptr<guard::Service> {
                                  return std::make_unique<ReaderService>(
