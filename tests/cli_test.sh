@@ -55,7 +55,12 @@ t 2 "too short for the float32 numbers along a ray" render "$S" -o a.exr $R --st
 t 2 "expected a whole number" render "$S" -o a.png --thumbnail 0
 # A write beyond the limit of a file's size, as of a full disk, leaves the old picture and no other.
 cp a.exr old.exr
-limited=$(ulimit -f 1 && "$program" render "$S" -o a.exr -q --look plain --resolution 64x64 2>&1)
+said=$(ulimit -f 1 && "$program" render "$S" -o a.exr -q --look plain --resolution 64x64 2>&1)
+code=$?
+{ [ $code -eq 3 ] && grep -qF "larger than the limit of file sizes" <<<"$said"; } ||
+  fail "limited size of shared memory: exit $code: $said"
+limited=$(ulimit -f 1 &&
+  "$program" render "$S" -o a.exr -q --trust --look plain --resolution 64x64 2>&1)
 code=$?
 { [ $code -eq 5 ] && grep -qF "cannot write 'a.exr'" <<<"$limited" && cmp -s a.exr old.exr &&
   ! compgen -G '.psivox*' >/dev/null; } ||

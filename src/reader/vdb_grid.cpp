@@ -29,9 +29,13 @@ constexpr std::int64_t widest_gap = 4 << 10;  // that is read rather than skippe
 template <typename LeafT, typename Number>
 void copy_values(const LeafT& leaf, Number* to) {
   using ValueT = typename LeafT::ValueType;
-  for (openvdb::Index i = 0; i < kLeafVoxels; ++i) {
-    const ValueT& value = leaf.getValue(i);
-    for (int c = 0; c < channels_of_value<ValueT>; ++c) *to++ = component_of<Number>(value, c);
+  if constexpr (std::is_same_v<ValueT, bool>) {  // bits
+    for (openvdb::Index i = 0; i < kLeafVoxels; ++i) *to++ = leaf.getValue(i);
+  } else {
+    const ValueT* const values = leaf.buffer().data();
+    for (std::size_t i = 0; i < kLeafVoxels; ++i)
+      for (int c = 0; c < channels_of_value<ValueT>; ++c)
+        *to++ = component_of<Number>(values[i], c);
   }
 }
 
