@@ -5,6 +5,7 @@
 #include <seccomp.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -91,11 +92,21 @@ bool restrict_calls() {
   return seccomp_load(filter.get()) == 0;
 }
 
-/// Limits this process to `memory` bytes of its own (0: any number), before it starts threads.
+/// What reading a file of that size may take [bytes]: most of the free memory, but no more than a
+/// good file of its size can need. OpenVDB fills what a damaged length asks for, which takes time.
+std::uint64_t memory_for(std::uint64_t file_size) {
+  // bytes that deflate packs into one, each of which becomes a float; resampling a frustum
+  constexpr std::uint64_t most_unpacked = 1032 * sizeof(float),
+                          to_resample = std::uint64_t{1} << 30;
+  const std::uint64_t needed = to_resample + most_unpacked * file_size;
+  const std::uint64_t available = available_memory() / 5 * 4;
+  return available == 0 ? needed : std::min(available, needed);
+}
+
+/// Limits this process to `memory` bytes of its own, before it starts threads.
 /// Returns whether the kernel restricts its calls.
 bool restrict_process(std::uint64_t memory) {
   limit(RLIMIT_CORE, 0);
-  if (memory == 0) memory = std::uint64_t{1} << 60;
   limit(RLIMIT_FSIZE, memory);
   if (sanitised) return false;
   // stacks, and what the allocator reserves for each thread
@@ -117,10 +128,15 @@ class Connection {
     std::vector<std::string> paths;
     unpack(message->bytes, paths);
     std::vector<OpenFile> files;
-    for (std::size_t n = 0; n < paths.size(); ++n)
-      files.push_back({paths[n], std::move(message->descriptors.at(n))});
+    std::uint64_t size = 0;
+    for (std::size_t n = 0; n < paths.size(); ++n) {
+      struct stat status {};
+      if (fstat(message->descriptors.at(n).get(), &status) == 0)
+        size += static_cast<std::uint64_t>(status.st_size);
+      files.push_back({paths[n], std::move(message->descriptors[n])});
+    }
     if (!paths.empty()) path_ = paths.front();
-    const std::uint64_t memory = available_memory() / 5 * 4;
+    const std::uint64_t memory = memory_for(size);
     service_ = open_(std::move(files), [this](double fraction) { report(fraction); });
     reply(MessageKind::begun, packed(restrict_process(memory)));
     while ((message = receive(socket_))) answer(message->bytes);

@@ -5,11 +5,8 @@
 
 namespace psivox::vdb {
 
-#if OPENVDB_LIBRARY_MAJOR_VERSION_NUMBER >= 13
-using openvdb::HalfGrid;
-#else
+/// OpenVDB has it since version 13.
 using HalfGrid = openvdb::Grid<openvdb::tree::Tree4<openvdb::math::half, 5, 4, 3>::Type>;
-#endif
 
 using SupportedGrids =
     openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, HalfGrid, openvdb::Int32Grid,
