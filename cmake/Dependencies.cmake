@@ -77,8 +77,3 @@ else()
   target_link_libraries(psivox_openvdb INTERFACE "${OPENVDB_LIBRARY}")
 endif()
 target_link_libraries(psivox_openvdb INTERFACE Imath::Imath TBB::tbb)
-# for inline functions, without the library
-add_library(psivox_openvdb_headers INTERFACE)
-target_include_directories(psivox_openvdb_headers SYSTEM INTERFACE
-  $<TARGET_PROPERTY:psivox_openvdb,INTERFACE_INCLUDE_DIRECTORIES>)
-target_link_libraries(psivox_openvdb_headers INTERFACE Imath::Imath TBB::tbb)

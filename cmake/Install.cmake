@@ -15,9 +15,9 @@ install(TARGETS psivox EXPORT psivoxTargets
   INCLUDES DESTINATION "${CMAKE_INSTALL_INCLUDEDIR}")
 psivox_set_runpath("${CMAKE_INSTALL_LIBDIR}" ${library_component} psivox)
 set(module_dir "${CMAKE_INSTALL_LIBDIR}/psivox")
-install(TARGETS psivox_trees psivox_oiio
+install(TARGETS psivox_reader psivox_oiio
   LIBRARY DESTINATION "${module_dir}" COMPONENT ${library_component})
-psivox_set_runpath("${module_dir}" ${library_component} psivox_trees psivox_oiio)
+psivox_set_runpath("${module_dir}" ${library_component} psivox_reader psivox_oiio)
 foreach(mpi IN LISTS PSIVOX_MPIS)
   install(TARGETS psivox_${mpi} LIBRARY DESTINATION "${module_dir}" COMPONENT ${mpi})
   psivox_set_runpath("${module_dir}" ${mpi} psivox_${mpi})

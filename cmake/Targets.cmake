@@ -1,5 +1,5 @@
 # Flags and components. A component is a folder of src/, compiled separately with the packages it
-# may use: OpenVDB in trees, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces the rules
+# may use: OpenVDB in reader, OpenImageIO in oiio, GL in gl. tests/check_includes.sh enforces the rules
 # that include paths cannot.
 add_library(psivox_flags INTERFACE)
 target_compile_features(psivox_flags INTERFACE cxx_std_20)

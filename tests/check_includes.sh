@@ -34,15 +34,15 @@ only_in() {
     [ $allowed = 1 ] || complain "$place" "<$header> belongs in $*"
   done < <(includes "${folders[@]}")
 }
-only_in '^openvdb/' '^src/trees/' '^src/vdb/survey\.h$' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_' '^tests/vdb_' '^tests/fuzz/make_volumes\.cpp$'
-only_in '^nanovdb/' '^src/vdb/nano_' '^tools/bench/nanovdb_'
+only_in '^openvdb/' '^src/reader/' '^tools/make_assets\.cpp$' '^tools/bench/nanovdb_' '^tests/vdb_' '^tests/fuzz/make_volumes\.cpp$'
+only_in '^nanovdb/' '^src/reader/nano_' '^tools/bench/nanovdb_'
 only_in '^(OpenEXR/|png\.h)' '^src/image/'
 only_in '^OpenImageIO/' '^src/oiio/' '^tests/(image_cases\.h|(deep|ocio)_test\.cpp)$'
 only_in '^(epoxy|EGL|GL|GLES[23]|KHR)/' '^src/gl/' '^src/view/(window|picture_display)\.' '^tests/gl_trouble_test\.cpp$'
 only_in '^nlohmann/' '^src/app/' '^src/look/' '^src/medium/' '^src/page/' '^src/scene/' '^src/sequence/' '^src/study/' '^tools/'
 only_in '^pugixml' '^src/scene/'
 only_in '^CLI/' '^tools/'
-only_in '^zlib\.h' '^src/page/' '^src/scan/' '^src/vdb/values\.' '^tests/scan_made_files\.h$'
+only_in '^zlib\.h' '^src/page/' '^src/scan/' '^tests/scan_made_files\.h$'
 only_in '^stb/' '^src/image/canvas\.'
 only_in '^(GLFW/|imgui|backends/imgui)' '^src/view/' '^tests/(viewer_hands\.h|parameter_panel_test\.cpp)$'
 only_in '^nettle/' '^src/study/'
@@ -61,7 +61,7 @@ guard
 field field value_scale
 scan
 vdb vdb
-trees
+reader
 scene camera integrators modes parameters scene
 atlas
 medium medium

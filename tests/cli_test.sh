@@ -55,7 +55,12 @@ t 2 "too short for the float32 numbers along a ray" render "$S" -o a.exr $R --st
 t 2 "expected a whole number" render "$S" -o a.png --thumbnail 0
 # A write beyond the limit of a file's size, as of a full disk, leaves the old picture and no other.
 cp a.exr old.exr
-limited=$(ulimit -f 1 && "$program" render "$S" -o a.exr -q --look plain --resolution 64x64 2>&1)
+said=$(ulimit -f 1 && "$program" render "$S" -o a.exr -q --look plain --resolution 64x64 2>&1)
+code=$?
+{ [ $code -eq 3 ] && grep -qF "larger than the limit of file sizes" <<<"$said"; } ||
+  fail "limited size of shared memory: exit $code: $said"
+limited=$(ulimit -f 1 &&
+  "$program" render "$S" -o a.exr -q --trust --look plain --resolution 64x64 2>&1)
 code=$?
 { [ $code -eq 5 ] && grep -qF "cannot write 'a.exr'" <<<"$limited" && cmp -s a.exr old.exr &&
   ! compgen -G '.psivox*' >/dev/null; } ||
@@ -806,12 +811,9 @@ fi
 mkdir -p alone/psivox
 library=$(ldd "$program" | awk '/libpsivox/ { print $3 }')
 cp -L "$library" alone/libpsivox.so.0
-LD_LIBRARY_PATH=alone t 0 "blobs" info "$S"
-if [ -d "$edge" ]; then  # a level set needs OpenVDB
-  LD_LIBRARY_PATH=alone t 3 "cannot load the module with OpenVDB: alone/psivox/libpsivox_trees.so" \
-    render "$edge/levelset_sphere.vdb" -o alone.exr $R
-fi
-cp -L "${library%/*}/psivox/libpsivox_trees.so" alone/psivox
+LD_LIBRARY_PATH=alone t 3 "cannot load the module with OpenVDB: alone/psivox/libpsivox_reader.so" \
+  render "$S" -o alone.exr $R
+cp -L "${library%/*}/psivox/libpsivox_reader.so" alone/psivox
 missing="psivox: cannot load the module that reads and writes pictures: alone/psivox/libpsivox_oiio.so"
 for picture in alone.exr alone.png; do
   LD_LIBRARY_PATH=alone t 0 - render "$S" -o $picture $R

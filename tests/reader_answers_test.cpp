@@ -14,14 +14,13 @@
 namespace psivox::vdb {
 namespace {
 
-using guard::Descriptor;
 using test::same;
 
 TEST(ReaderAnswers, APrefixOfAnAnswerIsAnError) {
   const auto reader =
       open_reader(std::make_shared<FileBlocks>(test::assets_dir() / "blobs.vdb"), nullptr);
   const std::string text = guard::packed(reader->facts(), reader->info("", true),
-                                         FieldFacts{reader->read("density", {}), 1, 2});
+                                         FieldFacts{reader->read("density", {})});
   const auto take = [](std::string_view bytes) {
     FileFacts facts;
     std::vector<GridInfo> rows;
@@ -42,7 +41,7 @@ struct MadeField {
     field.tiles = {{glm::ivec3(128), 128, glm::vec3(1)}, {glm::ivec3(0, 0, 16), 8, glm::vec3(1)}};
   }
   std::vector<float> values;
-  FieldFacts facts{{}, 2, 2};
+  FieldFacts facts;
   Field& field = facts.field;
 };
 
@@ -82,81 +81,51 @@ TEST(ReaderAnswers, AFieldThatBreaksTheRulesIsAnError) {
   EXPECT_NO_THROW(check_field(negative.facts, GridRole::data));
 }
 
-TEST(ReaderAnswers, SharedMemoryMustHaveItsSizeAndStayAsItIs) {
-  const MadeField made;
-  const Descriptor memory = shared_memory();
-  FieldFacts written_facts;
-  write_places(made.field, memory.get(), written_facts);
-  FieldFacts facts;
-  const Field& taken = facts.field;
-  constexpr auto all = ~std::uint64_t{0};
-  for (const auto& [leaves, tiles] : std::vector<std::pair<std::uint64_t, std::uint64_t>>{
-           {3, 2}, {1, 2}, {2, 1}, {all, 2}, {2, all}, {all / 2060, all / 28}, {0, 0}}) {
-    facts.leaves = leaves;
-    facts.tiles = tiles;
-    EXPECT_THROW(take_places(facts, memory.get()), std::runtime_error) << leaves << ' ' << tiles;
-  }
-  facts.leaves = facts.tiles = 2;
-  facts.field.channels = 2;
-  EXPECT_THROW(take_places(facts, memory.get()), std::runtime_error);
-  facts.field.channels = 1;
-  take_places(facts, memory.get());
-  EXPECT_EQ(taken.leaves.at(1).origin, made.field.leaves[1].origin);
-  EXPECT_TRUE(same(taken.tiles, made.field.tiles));
-  EXPECT_NE(ftruncate(memory.get(), 0), 0);
-  EXPECT_LT(write(memory.get(), "x", 1), 0);
-
-  const Descriptor written = shared_memory();
-  write_places(made.field, written.get(), written_facts);
-  void* const map = mmap(nullptr, 4096, PROT_WRITE, MAP_SHARED, written.get(), 0);
-  ASSERT_NE(map, MAP_FAILED);
-  EXPECT_THROW(take_places(facts, written.get()), std::runtime_error);
-  munmap(map, 4096);
+std::vector<guard::SealedMemory> sealed(std::vector<guard::Descriptor> blocks) {
+  std::vector<guard::SealedMemory> memory;
+  for (guard::Descriptor& block : blocks) memory.emplace_back(std::move(block));
+  return memory;
 }
 
-TEST(ReaderAnswers, ValuesComeInPiecesThatNobodyCanChange) {
-  std::vector<float> values(5000 * 512);  // more than two pieces
+TEST(ReaderAnswers, ValuesComeInBlocksThatNobodyCanChange) {
+  std::vector<float> values(5000 * 512);  // more than two blocks
   Field made;
   for (int n = 0; n < 5000; ++n) {
     made.leaves.push_back({glm::ivec3(0, 0, 8 * n), values.data() + n * 512});
     values[std::size_t(n) * 512 + 7] = float(n);
   }
+  std::vector<guard::Descriptor> blocks = shared_values(made);
+  ASSERT_EQ(blocks.size(), 3u);
+  const guard::Descriptor last(dup(blocks.back().get()));
   Field taken = made;
-  int pieces = 0, last = -1;
-  take_values(taken, [&](const ValuesRequest& request, int memory) {
-    ++pieces;
-    const std::string text = write_values(made, request, memory);
-    if (pieces != 2) return text;
-    EXPECT_EQ(ftruncate(memory, 0), 0);  // as under a limit of file sizes
-    last = dup(memory);
-    return std::string(reinterpret_cast<const char*>(made.leaves[request.first].values),
-                       request.count * 512 * sizeof(float));
-  });
-  EXPECT_EQ(pieces, 3);
+  take_values(taken, sealed(std::move(blocks)));
   EXPECT_NE(taken.leaves[0].values, made.leaves[0].values);
   EXPECT_TRUE(same(taken.leaves, made.leaves, 1));
-  EXPECT_NE(ftruncate(last, 1), 0);
-  close(last);
+  EXPECT_NE(ftruncate(last.get(), 0), 0);
+  EXPECT_LT(write(last.get(), "x", 1), 0);
+}
 
-  const auto take = [&](const std::function<void(int memory)>& spoil) {
-    Field field = made;
-    take_values(field, [&](const ValuesRequest& request, int memory) {
-      const std::string text = write_values(made, request, memory);
-      if (request.first > 0) spoil(memory);
-      return text;
-    });
+TEST(ReaderAnswers, BlocksMustHaveTheirSizeAndStayAsTheyAre) {
+  const MadeField made;
+  const auto take = [&](const std::function<void(std::vector<guard::Descriptor>&)>& spoil) {
+    std::vector<guard::Descriptor> blocks = shared_values(made.field);
+    spoil(blocks);
+    Field field = made.field;
+    take_values(field, sealed(std::move(blocks)));
   };
-  EXPECT_NO_THROW(take([](int) {}));
-  EXPECT_THROW(take([](int memory) { EXPECT_EQ(ftruncate(memory, 2048), 0); }), std::runtime_error);
-  EXPECT_THROW(take([](int memory) { EXPECT_EQ(ftruncate(memory, 0), 0); }), std::runtime_error);
-  void* map = nullptr;
-  EXPECT_THROW(
-      take([&](int memory) { map = mmap(nullptr, 4096, PROT_WRITE, MAP_SHARED, memory, 0); }),
-      std::runtime_error);
-  munmap(map, 4096);
-  EXPECT_THROW(write_values(made, {.grid = "", .first = 4999, .count = 2}, -1), std::runtime_error);
-  EXPECT_THROW(write_values(made, {.grid = "", .first = ~std::uint64_t{0}, .count = 1}, -1),
+  EXPECT_NO_THROW(take([](auto&) {}));
+  EXPECT_THROW(take([](auto& blocks) { blocks.clear(); }), std::runtime_error);
+  EXPECT_THROW(take([](auto& blocks) { blocks.push_back(guard::shared_copy("x")); }),
                std::runtime_error);
+  for (const int size : {0, 2048, 8192})
+    EXPECT_THROW(take([&](auto& blocks) { EXPECT_EQ(ftruncate(blocks[0].get(), size), 0); }),
+                 std::runtime_error);
+  void* map = nullptr;
+  EXPECT_THROW(take([&](auto& blocks) {
+                 map = mmap(nullptr, 4096, PROT_WRITE, MAP_SHARED, blocks[0].get(), 0);
+               }),
+               std::runtime_error);
+  munmap(map, 4096);
 }
 
 }  // namespace

@@ -110,9 +110,7 @@ TEST(VdbFiles, AnUnknownTransformIsNamedAndIsNoCut) {
     bytes.replace(at, 15, "QuarkyScaleMaps");
     const VdbFile file(test::write_bytes("quarky.vdb", bytes));
     file.check_whole();
-    EXPECT_NE(input_error([&] {
-                file.read(file.default_grid());
-              }).find("its transform is of the unknown type 'QuarkyScaleMaps'"),
+    EXPECT_NE(input_error([&] { file.read(file.default_grid()); }).find("QuarkyScaleMaps"),
               std::string::npos);
   }
   // what is cut short has nothing that a look could draw

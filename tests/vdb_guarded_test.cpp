@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <ctime>
 #include <fstream>
 #include <functional>
@@ -44,12 +45,13 @@ volatile int* volatile nowhere = nullptr;
 char* volatile seen = nullptr;
 
 void send_answer(int connection, const std::string& content) {
-  send(connection, MessageKind::answer, content);
+  const guard::Descriptor memory = guard::shared_copy(content);
+  guard::send(connection, packed(MessageKind::data), std::array{memory.get()});
   std::this_thread::sleep_for(std::chrono::hours(1));
 }
 
 void send_failure(int connection, const std::string& message) {
-  send(connection, MessageKind::failure, packed(3, message, false));
+  guard::send(connection, packed(MessageKind::failure, 3, message, false));
 }
 
 /// Sends what of a process should be possible: 1, and what should not.
@@ -100,9 +102,15 @@ const std::map<std::string, std::function<void(int connection)>> accidents = {
     {"nonsense.vdb", [](int connection) { send_answer(connection, "nonsense"); }},
     {"empty_answer.vdb", [](int connection) { send_answer(connection, ""); }},
     {"long_answer.vdb",
+     [](int connection) { send_answer(connection, std::string(65 << 20, 'x')); }},
+    {"no_memory.vdb",
      [](int connection) {
-       const std::uint64_t header[2] = {~std::uint64_t{0}, std::uint64_t(MessageKind::answer)};
-       guard::send_with(connection, {reinterpret_cast<const char*>(header), sizeof header});
+       guard::send(connection, packed(MessageKind::data));
+       std::this_thread::sleep_for(std::chrono::hours(1));
+     }},
+    {"unknown.vdb",
+     [](int connection) {
+       guard::send(connection, "\x7fwhat");
        std::this_thread::sleep_for(std::chrono::hours(1));
      }},
     {"lines.vdb", [](int connection) { send_failure(connection, "two\nlines\x1b[2J"); }},
@@ -142,7 +150,7 @@ std::string facts_of(Reader& reader, const std::string& grid, const ReadOptions&
                      Field& field) {
   try {
     field = reader.read(grid, options);
-    return packed(FieldFacts{field, field.leaves.size(), field.tiles.size()});
+    return packed(FieldFacts{field});
   } catch (const Error& error) {
     return error.what();
   }
@@ -197,7 +205,7 @@ TEST(GuardedReading, GivesWhatReadingInPlaceGives) {
 int shared_mappings() {
   std::ifstream maps("/proc/self/maps");
   int count = 0;
-  for (std::string line; std::getline(maps, line);) count += line.find("psivox field") != line.npos;
+  for (std::string line; std::getline(maps, line);) count += line.find("psivox answer") != line.npos;
   return count;
 }
 
@@ -238,6 +246,8 @@ TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
       {"nonsense.vdb", "its reader answered nonsense"},
       {"empty_answer.vdb", "its reader answered nonsense"},
       {"long_answer.vdb", "its reader answered nonsense"},
+      {"no_memory.vdb", "its reader answered nonsense"},
+      {"unknown.vdb", "its reader answered nonsense"},
   };
   for (const auto& [name, part] : expected) {
     const auto path = file_named(name);

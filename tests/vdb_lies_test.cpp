@@ -1,18 +1,13 @@
-// Files that lie about themselves: each is one Error(input) that names the file, and no length in
-// it is believed.
-
-#include <sys/resource.h>
+// Files that lie about themselves: each is one Error(input) that names the file.
 
 #include <cstdint>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "scratch.h"
 #include "thrown.h"
-#include "vdb/reader.h"
 #include "vdb_test_util.h"
 
 namespace psivox::vdb {
@@ -99,28 +94,6 @@ TEST(LyingFile, TheDirectoryTellsWhetherValuesAreHalves) {
   const auto lie = test::write_bytes("lie.vdb", with(bytes, value, '\0'));
   EXPECT_TRUE(
       test::same(VdbFile(lie).read("density").leaves, VdbFile(path).read("density").leaves, 1));
-}
-
-TEST(LyingFile, LengthsOfMetadataAreNotAllocated) {
-  // in place: a process without limits
-  const std::string good = test::file_bytes(true_file());
-  rusage before{}, after{};
-  getrusage(RUSAGE_SELF, &before);
-  for (const std::size_t place :
-       {at::name_length, at::type_length, at::parent_length, at::metadata_name_length}) {
-    const auto path = test::write_bytes("lie.vdb", with(good, place, ~0u - 8));
-    EXPECT_THROW(
-        {
-          const auto reader = open_reader(std::make_shared<FileBlocks>(path), nullptr);
-          reader->facts();
-          reader->read("density", {});
-        },
-        Error)
-        << place;
-  }
-  getrusage(RUSAGE_SELF, &after);
-  constexpr long mebibyte = 1024;                                // [KiB]
-  EXPECT_LT(after.ru_maxrss - before.ru_maxrss, 64 * mebibyte);  // of 4 GiB
 }
 
 }  // namespace

@@ -81,6 +81,22 @@ openvdb::GridBase::Ptr ball(const std::string& name, int radius, bool half = fal
   return grid;
 }
 
+/// The ball, with tiles of each size, at a place of its own.
+template <typename GridT>
+openvdb::GridBase::Ptr ball_with_tiles(const std::string& name) {
+  using ValueT = typename GridT::ValueType;
+  const auto base = ball<GridT>(name, 14);
+  auto& tree = static_cast<GridT&>(*base).tree();
+  tree.addTile(1, openvdb::Coord(64, 0, 0), ValueT(3), true);
+  tree.addTile(2, openvdb::Coord(-256, 0, 0), ValueT(1), true);
+  tree.addTile(3, openvdb::Coord(-8192, 0, 4096), ValueT(1), false);
+  auto transform = openvdb::math::Transform::createLinearTransform(0.25);
+  transform->postRotate(0.3, openvdb::math::Y_AXIS);
+  transform->postTranslate({1, 2, 3});
+  base->setTransform(transform);
+  return base;
+}
+
 inline std::filesystem::path written(const openvdb::GridCPtrVec& grids, std::uint32_t compression,
                                      const std::string& name = "made.vdb") {
   const auto path = scratch_dir() / name;

@@ -64,6 +64,9 @@ TEST(Points, AreTheirNumberInEachVoxel) {
   const auto truncated = points<TruncateCodec>(2000), fixed = points<FixedPointCodec<true>>(2000);
   truncated->setName("truncated");
   fixed->setName("fixed");
+  using Whole = TypedAttributeArray<int, TruncateCodec>;  // OpenVDB does not register it
+  if (!Whole::isRegistered()) Whole::registerType();
+  appendAttribute<int, TruncateCodec>(fixed->tree(), "id");
   for (const std::uint32_t codec : codecs()) {
     SCOPED_TRACE(openvdb::io::compressionToString(codec));
     const VdbFile file(written({few, truncated, fixed}, codec));
@@ -98,7 +101,21 @@ TEST(Points, MayHaveManyPagesOfAttributes) {
   expect_counts(*grid, VdbFile(write_vdb({grid})).read("points", {.memory = 10 << 20}));
 }
 
-TEST(Points, AttributesOfUnknownTypesArePassedOver) {
+TEST(Points, OfAnUnknownAttributeLeaveTheOtherGrids) {
+  const auto grid = points<NullCodec>(500);
+  const auto after = named<FloatGrid>("after");
+  after->tree().setValue(Coord(1), 3);
+  std::string bytes = file_bytes(write_vdb({grid, after}));
+  const std::size_t at = bytes.find("trnc");
+  ASSERT_NE(at, std::string::npos);
+  bytes.replace(at, 4, "abcd");
+  const VdbFile file(write_bytes("unknown.vdb", bytes));
+  EXPECT_NE(input_error([&] { file.read("points"); }).find("abcd"), std::string::npos);
+  EXPECT_EQ(file.default_grid(), "after");
+  EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
+}
+
+TEST(Points, OfAFileWithoutPositionsLeaveTheOtherGrids) {
   const auto grid = points<NullCodec>(500);
   const auto after = named<FloatGrid>("after");
   after->tree().setValue(Coord(1), 3);
@@ -107,15 +124,9 @@ TEST(Points, AttributesOfUnknownTypesArePassedOver) {
     std::ofstream out(piped, std::ios::binary);
     openvdb::io::Stream(out).write(openvdb::GridCPtrVec{grid, after});
   }
-  for (const auto& path : {write_vdb({grid, after}), piped}) {
-    std::string bytes = file_bytes(path);
-    const std::size_t at = bytes.find("trnc");
-    ASSERT_NE(at, std::string::npos);
-    bytes.replace(at, 4, "abcd");
-    const VdbFile file(write_bytes("unknown.vdb", bytes));
-    expect_counts(*grid, file.read("points"));
-    EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
-  }
+  const VdbFile file(piped);
+  expect_counts(*grid, file.read("points"));
+  EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
 }
 
 TEST(Points, AreDrawnBesideVectors) {
@@ -135,21 +146,8 @@ TEST(Points, AGridWithoutPointsIsEmptyToEveryQuestion) {
             std::string::npos);
 }
 
-TEST(Points, ADamagedFileIsAnError) {
-  const auto grid = points<FixedPointCodec<true>>(40);
-  const std::string bytes = file_bytes(write_vdb({grid}));
-  for (std::size_t at = bytes.size() - 6000; at < bytes.size(); at += 19) {
-    std::string damaged = bytes;
-    damaged[at] = char(damaged[at] ^ char(1 + noise(Coord(int(at), 1, 2)) % 255));
-    try {
-      VdbFile(write_bytes("damaged.vdb", damaged)).read("points");
-    } catch (const Error& error) {
-      EXPECT_EQ(error.code(), ExitCode::input);
-    }
-  }
-  const std::string cut = bytes.substr(0, bytes.size() - 3000);
-  EXPECT_NE(input_error([&] { VdbFile(write_bytes("cut.vdb", cut)).read("points"); }).find("cut"),
-            std::string::npos);
+TEST(Points, OutOfOrderAreAnError) {
+  const auto grid = points<NullCodec>(40);
   grid->tree().beginLeaf()->setOffsetOnly(0, 1'000'000);
   const VdbFile wrong(write_vdb({grid}));
   EXPECT_NE(input_error([&] { wrong.read("points"); }).find("points are out of order"),

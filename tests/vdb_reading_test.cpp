@@ -172,57 +172,6 @@ TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {
             std::string::npos);
 }
 
-/// Whether a block of values may begin here: an integer of 64 bits, as short as this file's blocks.
-bool is_length(const std::string& bytes, std::size_t at) {
-  std::int64_t length = 0;
-  std::memcpy(&length, bytes.data() + at, sizeof length);
-  return length != 0 && std::abs(length) < 1 << 18;
-}
-
-/// How often the reader refuses a block if `change` is done to each possible one, one at a time.
-/// Other bytes may look like a length: what comes of them must be an error or a field.
-int refusals(const std::filesystem::path& path, const std::function<void(char*)>& change) {
-  const std::string good = test::file_bytes(path);
-  int refused = 0;
-  const std::size_t tree = good.find("UniformScaleMap");  // the transform comes before the tree
-  for (std::size_t at = tree; at + 24 < good.size(); ++at) {
-    if (!is_length(good, at)) continue;
-    std::string bad = good;
-    change(&bad[at]);
-    try {
-      VdbFile(test::write_bytes("bad.vdb", bad)).read("density");
-    } catch (const Error& e) {
-      EXPECT_EQ(e.code(), ExitCode::input) << e.what();
-      if (std::string(e.what()).find("impossible length") != std::string::npos) ++refused;
-    }
-  }
-  return refused;
-}
-
-TEST(VdbReading, ABlockOfImpossibleLengthIsAnError) {
-  const auto change = [](std::size_t offset, auto value) {
-    return [=](char* block) { std::memcpy(block + offset, &value, sizeof value); };
-  };
-  const auto grid = new_grid<openvdb::FloatGrid>();
-  grid->setName("density");
-  for (const Coord& p : openvdb::CoordBBox(Coord(0), Coord(6)))
-    grid->tree().setValue(p, test::value_at<float>(p));
-  for (const openvdb::Index level : {1, 2})  // so that the blocks of both inner nodes have a value
-    grid->tree().addTile(level, Coord(128 * static_cast<int>(level), 0, 0), 1.0f, true);
-  constexpr int blocks = 3;  // of the leaf and the two nodes above it
-  for (const std::uint32_t codec : codecs()) {
-    if (codec < openvdb::io::COMPRESS_ZIP || codec == openvdb::io::COMPRESS_ACTIVE_MASK) continue;
-    SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    const auto path = written({grid}, codec);
-    // More bytes than a leaf has: OpenVDB would write them behind its buffer.
-    EXPECT_GE(refusals(path, change(0, std::int64_t{-3000})), blocks);
-    if (!(codec & openvdb::io::COMPRESS_BLOSC)) continue;
-    const std::int32_t too_much = 1 << 30;
-    EXPECT_GE(refusals(path, change(8 + 4, too_much)), blocks) << "before Blosc";
-    EXPECT_GE(refusals(path, change(8 + 12, too_much)), blocks) << "after Blosc";
-  }
-}
-
 TEST(VdbReading, ProgressGrowsToTheEndAndMayEndTheReading) {
   const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
   std::vector<double> told;

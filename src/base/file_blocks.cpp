@@ -61,9 +61,6 @@ FileBlocks::FileBlocks(std::string path, int descriptor)
   size_ = status.st_size;
 }
 
-FileBlocks::FileBlocks(std::string path, std::string bytes)
-    : path_(std::move(path)), size_(std::int64_t(bytes.size())), bytes_(std::move(bytes)) {}
-
 FileBlocks::~FileBlocks() {
   if (file_ >= 0) close(file_);
 }
@@ -87,10 +84,6 @@ FileRun FileBlocks::read(std::int64_t begin, std::int64_t size) const {
   if (size <= 0) return {begin, 0, nullptr};
   const auto bytes = std::make_shared_for_overwrite<char[]>(static_cast<std::size_t>(size));
   std::int64_t done = 0;
-  if (file_ < 0) {
-    bytes_.copy(bytes.get(), std::size_t(size), std::size_t(begin));
-    done = size;
-  }
   while (done < size) {
     const ssize_t got =
         pread(file_, bytes.get() + done, static_cast<std::size_t>(size - done), begin + done);

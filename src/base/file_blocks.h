@@ -59,12 +59,6 @@ class FileBlocks {
   /// The path is for messages.
   FileBlocks(std::string path, int descriptor);
 
-  /// The same where fstat is not allowed: a regular file of that size [bytes].
-  FileBlocks(std::string path, int descriptor, std::int64_t size)
-      : path_(std::move(path)), size_(size), file_(descriptor) {}
-
-  /// Bytes that are in memory.
-  FileBlocks(std::string path, std::string bytes);
   ~FileBlocks();
   FileBlocks(const FileBlocks&) = delete;
   FileBlocks& operator=(const FileBlocks&) = delete;
@@ -100,7 +94,6 @@ class FileBlocks {
   std::string path_;
   std::int64_t size_ = 0;
   int file_ = -1;
-  std::string bytes_;  ///< instead of a file
 
   std::mutex mutex_;                       ///< of what follows
   std::map<std::int64_t, FileRun> runs_;   ///< by their begin

@@ -5,7 +5,6 @@
 #include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/signalfd.h>
-#include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -23,10 +22,14 @@ namespace {
 
 int server = -1;  ///< a socket to it; -1: it was not started
 
-constexpr char start_request = 'r', prepare_request = 'p';
+constexpr std::string_view plain_request = "r", prepared_request = "p";
 
 /// The descriptor of a server that was started as a program.
 constexpr int requests_of_program = 3;
+
+void send_number(int socket, int number) {
+  send(socket, {reinterpret_cast<const char*>(&number), sizeof number});
+}
 
 struct RunningProcess {
   pid_t process;
@@ -82,12 +85,12 @@ class ForkServer {
   }
 
   bool start() {
-    char byte;
-    Descriptor connection, life;
-    const std::int64_t got = receive_with(requests_, &byte, 1, &connection, &life);
-    if (got == 0) return false;
-    if (got == 1 && byte == prepare_request) trade_.prepare();
-    if (got < 0 || !life) return true;
+    std::optional<Message> request = receive(requests_);
+    if (!request) return false;
+    if (request->descriptors.size() != 2) return true;
+    if (request->bytes == prepared_request) trade_.prepare();
+    const Descriptor connection = std::move(request->descriptors[0]);
+    Descriptor life = std::move(request->descriptors[1]);
     const pid_t process = fork();
     if (process == 0) {
       prctl(PR_SET_PDEATHSIG, SIGKILL);
@@ -95,7 +98,7 @@ class ForkServer {
       serve(3, trade_.open);
     }
     if (process < 0) return true;  // both ends close, which tells the program
-    send_with(life.get(), {reinterpret_cast<const char*>(&process), sizeof process});
+    send_number(life.get(), process);
     running_.push_back({process, std::move(life)});
     return true;
   }
@@ -108,8 +111,7 @@ class ForkServer {
     while ((process = waitpid(-1, &status, WNOHANG)) > 0) {
       std::erase_if(running_, [&](const RunningProcess& running) {
         if (running.process != process) return false;
-        if (running.life)
-          send_with(running.life.get(), {reinterpret_cast<const char*>(&status), sizeof status});
+        if (running.life) send_number(running.life.get(), status);
         return true;
       });
     }
@@ -132,28 +134,22 @@ class ForkServer {
   _exit(0);
 }
 
-template <typename... Descriptors>
-void ask_server(char request, Descriptors... descriptors) {
-  if (!send_with(server, {&request, 1}, descriptors...))
-    throw Error(ExitCode::failure, "the process that starts readers of files has ended");
-}
-
 }  // namespace
 
 bool has_server() { return server >= 0; }
 
-void prepare_server() { ask_server(prepare_request); }
-
-ProcessEnds start_process() {
-  auto [connection, its_connection] = socket_pair(SOCK_STREAM);
-  auto [life, its_life] = socket_pair(SOCK_STREAM);
-  ask_server(start_request, its_connection.get(), its_life.get());
+ProcessEnds start_process(bool prepared) {
+  auto [connection, its_connection] = socket_pair();
+  auto [life, its_life] = socket_pair();
+  const int its[] = {its_connection.get(), its_life.get()};
+  if (!send(server, prepared ? prepared_request : plain_request, its))
+    throw Error(ExitCode::failure, "the process that starts readers of files has ended");
   return {std::move(connection), std::move(life)};
 }
 
 void start_server(const Trade& trade) {
   if (server >= 0) return;
-  auto [program, requests] = socket_pair(SOCK_SEQPACKET);
+  auto [program, requests] = socket_pair();
   const pid_t process = fork();
   if (process < 0) throw Error(ExitCode::failure, "no process to read files in can be started");
   if (process == 0) run_server(requests.get(), trade);
@@ -164,7 +160,7 @@ void start_server(const std::filesystem::path& program) {
   static std::mutex mutex;
   const std::lock_guard lock(mutex);
   if (server >= 0) return;
-  auto [here, requests] = socket_pair(SOCK_SEQPACKET);
+  auto [here, requests] = socket_pair();
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, requests.get(), requests_of_program);

@@ -98,6 +98,12 @@ class Codec {
   template <typename T>
   void code(std::vector<T>& values) {
     const std::uint64_t n = count(values.size());
+    if constexpr (Plain<T>) {
+      require(writes_ || n <= rest_.size() / sizeof(T));
+      values.resize(n);
+      bytes(values.data(), n * sizeof(T));
+      return;
+    }
     if (!writes_) values.clear();
     for (std::uint64_t i = 0; i < n; ++i) code(writes_ ? values[i] : values.emplace_back());
   }

@@ -5,8 +5,10 @@
 #include <seccomp.h>
 #include <sys/mman.h>
 #include <sys/resource.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <exception>
@@ -41,8 +43,8 @@ constexpr int allowed_calls[] = {SCMP_SYS(read),
                                  SCMP_SYS(dup),
                                  SCMP_SYS(fstat),
                                  SCMP_SYS(fadvise64),
+                                 SCMP_SYS(memfd_create),
                                  SCMP_SYS(pwrite64),
-                                 SCMP_SYS(ftruncate),
                                  SCMP_SYS(brk),
                                  SCMP_SYS(munmap),
                                  SCMP_SYS(mremap),
@@ -90,11 +92,21 @@ bool restrict_calls() {
   return seccomp_load(filter.get()) == 0;
 }
 
-/// Limits this process to `memory` bytes of its own (0: any number), before it starts threads.
+/// What reading a file of that size may take [bytes]: most of the free memory, but no more than a
+/// good file of its size can need. OpenVDB fills what a damaged length asks for, which takes time.
+std::uint64_t memory_for(std::uint64_t file_size) {
+  // bytes that deflate packs into one, each of which becomes a float; resampling a frustum
+  constexpr std::uint64_t most_unpacked = 1032 * sizeof(float),
+                          to_resample = std::uint64_t{1} << 30;
+  const std::uint64_t needed = to_resample + most_unpacked * file_size;
+  const std::uint64_t available = available_memory() / 5 * 4;
+  return available == 0 ? needed : std::min(available, needed);
+}
+
+/// Limits this process to `memory` bytes of its own, before it starts threads.
 /// Returns whether the kernel restricts its calls.
 bool restrict_process(std::uint64_t memory) {
   limit(RLIMIT_CORE, 0);
-  if (memory == 0) memory = std::uint64_t{1} << 60;
   limit(RLIMIT_FSIZE, memory);
   if (sanitised) return false;
   // stacks, and what the allocator reserves for each thread
@@ -111,26 +123,34 @@ class Connection {
 
   /// Returns when the connection ends.
   void serve() {
-    MessageInput input;
-    while (input.receive(socket_))
-      while (std::optional<Message> message = input.next()) {
-        if (service_) {
-          answer(*message);
-        } else if (message->kind == MessageKind::open) {
-          const std::uint64_t memory = available_memory() / 5 * 4;
-          path_ = message->content;
-          service_ = open_(path_, std::move(message->descriptor),
-                           [this](double fraction) { report(fraction); });
-          reply(MessageKind::begun, packed(restrict_process(memory)));
-        }
-      }
+    std::optional<Message> message = receive(socket_);
+    if (!message) return;
+    std::vector<std::string> paths;
+    unpack(message->bytes, paths);
+    std::vector<OpenFile> files;
+    std::uint64_t size = 0;
+    for (std::size_t n = 0; n < paths.size(); ++n) {
+      struct stat status {};
+      if (fstat(message->descriptors.at(n).get(), &status) == 0)
+        size += static_cast<std::uint64_t>(status.st_size);
+      files.push_back({paths[n], std::move(message->descriptors[n])});
+    }
+    if (!paths.empty()) path_ = paths.front();
+    const std::uint64_t memory = memory_for(size);
+    service_ = open_(std::move(files), [this](double fraction) { report(fraction); });
+    reply(MessageKind::begun, packed(restrict_process(memory)));
+    while ((message = receive(socket_))) answer(message->bytes);
   }
 
  private:
-  void answer(const Message& request) {
+  void answer(const std::string& request) {
     try {
-      if (before_answer) before_answer(path_, request.content, socket_);
-      reply(MessageKind::answer, service_->answer(request.content, request.descriptor.get()));
+      if (before_answer) before_answer(path_, request, socket_);
+      const Service::Answer made = service_->answer(request);
+      const Descriptor text = shared_copy(made.text);
+      std::vector<int> memory{text.get()};
+      for (const Descriptor& block : made.blocks) memory.push_back(block.get());
+      reply(MessageKind::data, "", memory);
     } catch (const Error& error) {
       fail(error.code(), error.what(), error.code() == ExitCode::input);
     } catch (const std::bad_alloc&) {
@@ -140,12 +160,14 @@ class Connection {
     }
   }
 
-  void fail(ExitCode code, const std::string& message, bool intact = false) {
+  void fail(ExitCode code, std::string message, bool intact = false) {
+    constexpr std::size_t longest = 4096;
+    message.resize(std::min(message.size(), longest));
     reply(MessageKind::failure, packed(static_cast<int>(code), message, intact));
   }
 
-  void reply(MessageKind kind, std::string_view content) {
-    if (!send(socket_, kind, content)) _exit(0);
+  void reply(MessageKind kind, const std::string& content, std::span<const int> memory = {}) {
+    if (!send(socket_, packed(kind) + content, memory)) _exit(0);
   }
 
   /// Not more than every few milliseconds, however fast the file is read.

@@ -18,8 +18,8 @@ namespace {
 /// Active voxels of a grid in memory: those with data that is not 0.
 LeafMask active_mask(const float* values, int channels) {
   LeafMask mask;
-  for (unsigned i = 0; i < kLeafVoxels; ++i, values += channels)
-    if (std::any_of(values, values + channels, is_active)) mask.setOn(i);
+  for (std::size_t i = 0; i < kLeafVoxels; ++i, values += channels)
+    if (std::any_of(values, values + channels, is_active)) mask.set_on(i);
   return mask;
 }
 
@@ -103,7 +103,7 @@ Field activity_of(const Field& field) {
   for (std::size_t n = 0; n < field.leaves.size(); ++n) {
     const LeafMask mask = active_mask(OrderedValues(field, field.leaves[n]).data(), field.channels);
     float* const to = values.get() + n * kLeafVoxels;
-    for (std::size_t i = 0; i < kLeafVoxels; ++i) to[i] = mask.isOn(unsigned(i));
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) to[i] = mask.is_on(i);
     active.leaves[n].values = to;
   }
   for (Tile& tile : active.tiles) tile.value = glm::vec3(1, 0, 0);

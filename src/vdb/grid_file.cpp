@@ -6,7 +6,6 @@
 #include <array>
 #include <cmath>
 #include <ios>
-#include <limits>
 #include <new>
 #include <set>
 #include <stdexcept>
@@ -41,19 +40,6 @@ std::string z_up_creator(const MetadataText& metadata) {
 
 /// Tiles of the root that may be added: 28 MB of them.
 constexpr double most_root_tiles = 1 << 20;
-
-/// Throws std::runtime_error if values of the grid's type do not have the number.
-void check_number(const GridHead& head, double value) {
-  const bool has = with_value_type(head.type, [&]<typename ValueT>() {
-    using Limits = std::numeric_limits<typename ValueTraits<ValueT>::Number>;
-    // 2^63 is no int64, but the nearest double of the greatest.
-    const bool within = value >= double(Limits::lowest()) && value < double(Limits::max()) + 1;
-    return within && (!Limits::is_integer || value == std::trunc(value));
-  });
-  if (!has)
-    throw std::runtime_error(
-        formatted("has no value %g, which --background-value asks for", value));
-}
 
 }  // namespace
 
@@ -107,7 +93,7 @@ void FileGrid::begin(GridHead head, bool masks) {
 }
 
 void FileGrid::mark() {
-  head_.type = value_type_number(grid_type_of("float"));
+  head_.type = grid_type_of("float");
   head_.grid_class = unknown_class;
   std::erase_if(topology_.tiles, [](const TilePart& tile) { return !tile.active; });
   for (TilePart& tile : topology_.tiles) tile.value = {1, 0, 0};
@@ -116,10 +102,12 @@ void FileGrid::mark() {
 }
 
 void FileGrid::set_background(double value) {
-  check_number(head_, value);
+  if (!can_be(value))
+    throw std::runtime_error(
+        formatted("has no value %g, which --background-value asks for", value));
   fill_ = value;
   if (value != 0) {  // tiles of 0 are left out
-    guarded([&] { topology_ = read_topology({.masks = masks_, .background = glm::dvec3(value)}); });
+    guarded([&] { topology_ = read_topology({.masks = masks_, .background = value}); });
     if (summary().active_voxels > 0) fill_root(value);
   }
   topology_.summary.background = glm::dvec3(0);
@@ -159,8 +147,7 @@ void FileGrid::each_leaf(const TakeLeaf& take, const std::function<bool()>& enou
     if (!marked_) return read_leaves(take, enough);
     const std::vector<LeafMask>& masks = topology_.masks;
     tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t n) {
-      take(n, MadeLeaf(masks[n],
-                       each_voxel([&](std::size_t i) { return masks[n].isOn(unsigned(i)); })));
+      take(n, MadeLeaf(masks[n], each_voxel([&](std::size_t i) { return masks[n].is_on(i); })));
     });
   });
 }

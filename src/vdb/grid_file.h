@@ -36,8 +36,8 @@ struct EntryHead {
 /// A message for the user, in one line, about an exception from a library or the stream.
 std::string explain(const std::exception& e);
 
-/// A file of grids, open for reading, its directory read: an Archive or a NanoFile. It has one
-/// stream, so that only one grid is read at a time.
+/// A file of grids, open for reading, its directory read: the module `reader` makes it of a .vdb or
+/// a .nvdb. It has one stream, so that only one grid is read at a time.
 class GridFile {
  public:
   virtual ~GridFile() = default;
@@ -123,8 +123,10 @@ class FileGrid {
   /// Sets the grid's head and topology, and what `marked` makes of them.
   void begin(GridHead head, bool masks);
 
-  /// The topology of a grid whose head is set. Gives the head its background.
+  /// The topology of a grid whose head is set.
   virtual Topology read_topology(const TopologyWish& wish) = 0;
+  /// Whether values of the grid's type can be this number.
+  virtual bool can_be(double value) const = 0;
   /// Reads the leaves of a grid that is not marked.
   virtual void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) = 0;
 
@@ -144,12 +146,6 @@ class FileGrid {
   const GridEntry& entry_;
   bool marked_, masks_ = false;
 };
-
-/// Whether a file's first bytes are those of a .nvdb.
-bool is_nano(FileBlocks& file);
-/// Opens a .nvdb. Throws Error(input) if it is damaged before its first grid, or of another major
-/// version than psivox reads.
-std::unique_ptr<GridFile> open_nano_file(std::shared_ptr<FileBlocks> file, Progress progress = {});
 
 struct Voxels;
 

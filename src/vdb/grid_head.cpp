@@ -1,11 +1,10 @@
 #include "grid_head.h"
 
 #include <algorithm>
-#include <cstdint>
+#include <array>
 #include <cstdio>
 #include <glm/geometric.hpp>
-#include <sstream>
-#include <stdexcept>
+#include <optional>
 #include <tuple>
 
 #include "base/text.h"
@@ -16,58 +15,36 @@
 namespace psivox::vdb {
 namespace {
 
-/// The type of the metadata for delayed loading. Files of OpenVDB 13 and before have them; later
-/// libraries do not know them.
-constexpr std::string_view delayed_load_type = "__delayedload";
+constexpr std::string_view before = "Tree_", behind = "_5_4_3";
 
-/// A type of metadata: so many numbers, in so many rows.
-struct MetadataType {
-  std::string_view name;
-  char number;  ///< i, l, f, d: int32, int64, float, double
-  int numbers = 1, rows = 1;
+/// By OpenVDB's names.
+struct SupportedType {
+  std::string value_type;
+  int channels;
+  std::string_view name_in_file = {};  ///< if it is another
+
+  std::string grid_type() const {
+    return std::string(before)
+        .append(name_in_file.empty() ? value_type : name_in_file)
+        .append(behind);
+  }
 };
 
-constexpr MetadataType metadata_types[] = {
-    {"int32", 'i'},    {"int64", 'l'},       {"float", 'f'},      {"double", 'd'},
-    {"vec2i", 'i', 2}, {"vec2s", 'f', 2},    {"vec2d", 'd', 2},   {"vec3i", 'i', 3},
-    {"vec3s", 'f', 3}, {"vec3d", 'd', 3},    {"vec4i", 'i', 4},   {"vec4s", 'f', 4},
-    {"vec4d", 'd', 4}, {"mat4s", 'f', 4, 4}, {"mat4d", 'd', 4, 4}};
+const std::array<SupportedType, 11> supported_types{{{"float", 1},
+                                                     {"double", 1},
+                                                     {"half", 1},
+                                                     {"int32", 1},
+                                                     {"int64", 1},
+                                                     {"bool", 1},
+                                                     {"vec3s", 3},
+                                                     {"vec3d", 3},
+                                                     {"vec3i", 3},
+                                                     {"points", 1, "ptdataidx32"},
+                                                     {"mask", 1}}};
 
-void take_number(std::istream& bytes, char number, std::ostream& text) {
-  switch (number) {
-    case 'i':
-      text << take<std::int32_t>(bytes);
-      break;
-    case 'l':
-      text << take<std::int64_t>(bytes);
-      break;
-    case 'f':
-      text << take<float>(bytes);
-      break;
-    default:
-      text << take<double>(bytes);
-  }
-}
-
-std::string text_of(const std::string& type, const std::string& value) {
-  if (type == "string") return value;
-  if (type == "bool") return value.empty() || value[0] == 0 ? "false" : "true";
-  const auto* const known = std::ranges::find(metadata_types, type, &MetadataType::name);
-  if (known == std::end(metadata_types)) return value.empty() ? "" : "<binary data>";
-  std::istringstream bytes(value);
-  bytes.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-  std::ostringstream text;
-  const auto list = [&](int count, const auto& item) {
-    if (count > 1) text << '[';
-    for (int n = 0; n < count; ++n) {
-      if (n > 0) text << ", ";
-      item();
-    }
-    if (count > 1) text << ']';
-  };
-  list(known->rows,
-       [&] { list(known->numbers, [&] { take_number(bytes, known->number, text); }); });
-  return text.str();
+const SupportedType* find(std::string_view grid_type) {
+  const auto found = std::ranges::find(supported_types, grid_type, &SupportedType::grid_type);
+  return found == supported_types.end() ? nullptr : &*found;
 }
 
 /// A vector of integers in metadata; false if there is none of that name.
@@ -77,92 +54,36 @@ bool take_vector(const MetadataText& metadata, const char* name, glm::ivec3& v) 
          std::sscanf(found->second.c_str(), "[%d, %d, %d]", &v.x, &v.y, &v.z) == 3;
 }
 
-/// Reads a transform of a known type without a frustum.
-glm::dmat4 read_linear(std::istream& stream, const std::string& map) {
-  glm::dmat4 matrix(1);
-  if (map == "AffineMap" || map == "UnitaryMap") {
-    // OpenVDB's vectors are rows: its row i is the image of axis i, which is glm's column i
-    matrix = take<glm::dmat4>(stream);
-    for (int axis = 0; axis < 4; ++axis)
-      if (matrix[axis][3] != (axis == 3)) throw std::runtime_error("its transform is not affine");
-    return matrix;
-  }
-  const bool moves = map.find("Translat") != std::string::npos;
-  const bool scales = map.find("Scale") != std::string::npos;
-  constexpr std::array known{"TranslationMap", "ScaleMap", "UniformScaleMap", "ScaleTranslateMap",
-                             "UniformScaleTranslateMap"};
-  if (std::ranges::find(known, map) == known.end())
-    throw std::runtime_error("its transform is of the unknown type " + in_quotes(printable(map)));
-  if (moves) matrix[3] = glm::dvec4(take<glm::dvec3>(stream), 1);
-  if (scales) {
-    constexpr int derived = 4;  // vectors that follow from the scale
-    const auto scale = take<glm::dvec3>(stream);
-    for (int axis = 0; axis < 3; ++axis) matrix[axis][axis] = scale[axis];
-    stream.seekg(derived * sizeof(glm::dvec3), std::ios_base::cur);
-  }
-  return matrix;
-}
-
 /// The half width of a level set, or the 0 of a fog of that class; nothing for other grids.
 std::optional<double> half_width(const GridHead& head, const GridSummary& summary) {
-  const bool real = with_value_type(head.type, []<typename ValueT>() {
-    return ValueTraits<ValueT>::channels == 1 &&
-           (is_real<ValueT> || std::is_same_v<ValueT, Imath::half>);
-  });
+  const std::string type = value_type_of(head.type);
+  const bool real = type == "float" || type == "double" || type == "half";
   if (!real || head.grid_class != level_set_class) return {};
   return summary.background.x;
 }
 
 }  // namespace
 
-std::string read_string(std::istream& stream) {
-  const auto begin = stream.tellg();
-  skip_string(stream);  // throws before memory is allocated
-  std::string bytes(static_cast<std::size_t>(stream.tellg() - begin) - sizeof(std::uint32_t), '\0');
-  stream.seekg(begin + std::streamoff(sizeof(std::uint32_t)));
-  stream.read(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-  return bytes;
+std::string grid_type_of(std::string_view value_type) {
+  return std::ranges::find(supported_types, value_type, &SupportedType::value_type)->grid_type();
 }
 
-void skip_string(std::istream& stream) {
-  const auto length = take<std::uint32_t>(stream);
-  stream.seekg(length, std::ios_base::cur);
+std::string value_type_of(std::string_view grid_type) {
+  const SupportedType* type = find(grid_type);
+  return type ? type->value_type : std::string();
 }
 
-MetadataText read_metadata(std::istream& stream, std::string* delayed_load) {
-  MetadataText metadata;
-  for (auto count = take<std::uint32_t>(stream); count > 0; --count) {
-    const std::string name = read_string(stream), type = read_string(stream);
-    std::string value = read_string(stream);
-    if (type == delayed_load_type) {
-      if (delayed_load) *delayed_load = std::move(value);
-      continue;
-    }
-    try {
-      metadata[name] = text_of(type, value);
-    } catch (const std::ios_base::failure&) {
-      throw std::runtime_error("the metadata " + in_quotes(printable(name)) + " are cut off");
-    }
-  }
-  return metadata;
+int channels_of(std::string_view grid_type) {
+  const SupportedType* type = find(grid_type);
+  return type ? type->channels : 0;
 }
 
-Transform read_transform(std::istream& stream) {
-  Transform transform;
-  transform.map = read_string(stream);
-  if (transform.map != "NonlinearFrustumMap") {
-    transform.world_from_index = read_linear(stream, transform.map);
-    return transform;
-  }
-  const auto begin = stream.tellg();
-  constexpr int numbers = 6 + 2;  // box, taper, depth
-  stream.seekg(numbers * sizeof(double), std::ios_base::cur);
-  const std::string second = read_string(stream);
-  read_linear(stream, second);
-  transform.frustum.resize(static_cast<std::size_t>(stream.tellg() - begin));
-  stream.seekg(begin);
-  stream.read(transform.frustum.data(), static_cast<std::streamsize>(transform.frustum.size()));
-  return transform;
+bool is_points(std::string_view grid_type) { return value_type_of(grid_type) == "points"; }
+bool is_mask(std::string_view grid_type) { return value_type_of(grid_type) == "mask"; }
+
+std::string unsupported_type(const std::string& grid_type) {
+  return "has type " + grid_type + ", which cannot be rendered; supported value types: " +
+         joined(names_in(supported_types, &SupportedType::value_type), ", ");
 }
 
 std::string_view class_in(const MetadataText& metadata) {

@@ -1,41 +1,26 @@
 #pragma once
 
-#include <array>
-#include <cstring>
 #include <glm/mat4x4.hpp>
-#include <istream>
 #include <map>
+#include <memory>
 #include <string>
 #include <string_view>
 
 #include "psivox/vdb.h"
-#include "values.h"
 
 namespace psivox::vdb {
 
 /// Metadata as text, by name.
 using MetadataText = std::map<std::string, std::string>;
 
-/// Reads metadata. The stream throws if a length is beyond its end. Metadata for delayed loading
-/// are left out; `delayed_load` gets their bytes. Throws if a value is shorter than its type.
-MetadataText read_metadata(std::istream& stream, std::string* delayed_load = nullptr);
-
-/// A string, which is a length and that many bytes.
-std::string read_string(std::istream& stream);
-void skip_string(std::istream& stream);
-
 /// What takes a grid's voxels to world space.
 struct Transform {
-  std::string map = "AffineMap";   ///< OpenVDB's name of its type
-  std::string frustum{};           ///< what a file has of a frustum behind that name
-  glm::dmat4 world_from_index{1};  ///< in glm's convention, unless it is a frustum
+  std::string map = "AffineMap";          ///< OpenVDB's name of its type
+  glm::dmat4 world_from_index{1};         ///< in glm's convention, unless it is a frustum
+  std::shared_ptr<const void> frustum{};  ///< OpenVDB's transform if it is a frustum's, else null
 
-  bool is_linear() const { return frustum.empty(); }
+  bool is_linear() const { return !frustum; }
 };
-
-/// Reads a transform, as files have it since format 219, for frustums 221. Throws if its type is
-/// unknown or its matrix is not affine.
-Transform read_transform(std::istream& stream);
 
 /// Classes of grids, as OpenVDB names them.
 inline constexpr std::string_view level_set_class = "level set", staggered_class = "staggered",
@@ -46,26 +31,25 @@ std::string_view class_in(const MetadataText& metadata);
 /// The place of a grid by what its writer has noted: OpenVDB's statistics of the file.
 GridPlace place_in(const MetadataText& metadata, const Transform& transform);
 
+/// OpenVDB's type of grids with such values, by GridInfo::value_type: float, vec3s, ...
+std::string grid_type_of(std::string_view value_type);
+/// GridInfo::value_type; empty if it is not supported.
+std::string value_type_of(std::string_view grid_type);
+/// Channels of a grid type: 1, 3, or 0 if it is not supported.
+int channels_of(std::string_view grid_type);
+/// Grids of points, whose voxels become the numbers of points in them; and of active voxels without
+/// values, which become 1.
+bool is_points(std::string_view grid_type);
+bool is_mask(std::string_view grid_type);
+/// Why a grid of an unsupported type cannot be rendered, as the rest of a sentence.
+std::string unsupported_type(const std::string& grid_type);
+
 /// A grid without its tree.
 struct GridHead {
-  int type = 0;  ///< of its values, see with_value_type
+  std::string type{};  ///< OpenVDB's: Tree_float_5_4_3
   MetadataText metadata{};
   std::string_view grid_class = unknown_class;
   Transform transform{};
-
-  template <typename ValueT>
-  void set_background(const ValueT& value) {
-    std::memcpy(background_.data(), &value, sizeof value);
-  }
-  template <typename ValueT>
-  ValueT background() const {
-    ValueT value;
-    std::memcpy(&value, background_.data(), sizeof value);
-    return value;
-  }
-
- private:
-  std::array<char, sizeof(glm::dvec3)> background_{};  ///< known once the topology is read
 };
 
 struct GridSummary;

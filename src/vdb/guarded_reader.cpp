@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "base/memory.h"
-#include "grid_head.h"
+#include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -18,8 +18,6 @@
 namespace psivox {
 namespace vdb {
 namespace {
-
-constexpr auto no_check = [](const auto&) {};
 
 Error nonsense(const FileBlocks& file, const std::string& what) {
   return Error(ExitCode::input,
@@ -31,20 +29,17 @@ bool is_of_this_process(const std::exception& error) {
   return dynamic_cast<const std::bad_alloc*>(&error) || lacks_threads(error);
 }
 
-/// The answer of a process, after check(answer); none if the process lacks the module `trees`.
-/// Throws Error(input), also if the answer is nonsense.
-template <typename R, typename Check>
-std::optional<typename R::Answer> ask_process(guard::Process& process, const FileBlocks& file,
-                                              const R& request, int descriptor,
-                                              const Progress& progress, const Check& check) {
+/// What take() makes of the answer of a process and its blocks. Throws Error(input), also if the
+/// answer is nonsense.
+template <typename R, typename Take>
+auto ask_process(guard::Process& process, const FileBlocks& file, const R& request,
+                 const Progress& progress, const Take& take) {
   try {
-    const std::string bytes = process.ask(guard::packed(Request(request)), descriptor,
-                                          subject(file.path(), request.grid), progress);
-    if (bytes.empty()) return {};
+    const guard::SealedAnswer sealed =
+        process.ask(guard::packed(Request(request)), subject(file.path(), request.grid), progress);
     typename R::Answer answer;
-    guard::unpack(bytes, answer);
-    check(answer);
-    return answer;
+    guard::unpack(sealed.text, answer);
+    return take(std::move(answer), sealed.blocks);
   } catch (const Error&) {
     throw;
   } catch (const std::exception& error) {
@@ -52,6 +47,8 @@ std::optional<typename R::Answer> ask_process(guard::Process& process, const Fil
     throw nonsense(file, error.what());
   }
 }
+
+constexpr auto as_it_is = [](auto answer, const auto&) { return answer; };
 
 /// Leaves whose values stay in the file, read by the process that has read the field.
 class GuardedLeaves final : public LeafReader {
@@ -74,12 +71,12 @@ class GuardedLeaves final : public LeafReader {
       const auto some = leaves.first(std::min(at_once, leaves.size()));
       const std::span to(values, some.size() * floats_per_leaf_);
       const LeavesRequest request{.numbers = {some.begin(), some.end()}, .what = what};
-      const std::optional<LeavesAnswer> answer =
-          ask_process(*process_, *file_, request, -1, {},
-                      [&](const LeavesAnswer& got) { take(got, to, what == LeafRead::active); });
-      if (!answer) throw nonsense(*file_, "nothing");
+      found = found + ask_process(*process_, *file_, request, {},
+                                  [&](const LeavesAnswer& got, const auto&) {
+                                    take(got, to, what == LeafRead::active);
+                                    return got.survey;
+                                  });
       budget_->deliver(to.size_bytes());
-      found = found + answer->survey;
       values += to.size();
     }
     return found;
@@ -124,9 +121,6 @@ class GuardedReader final : public Reader {
     const std::lock_guard lock(mutex_);
     facts_ = ask(FactsRequest());
     budget_->claim(facts_.value_bytes);
-    // so that OpenVDB is there when the grid is read
-    if (std::ranges::count(facts_.grids, level_set_class, &GridFacts::grid_class) > 0)
-      guard::prepare_server();
     return facts_;
   }
 
@@ -168,23 +162,14 @@ class GuardedReader final : public Reader {
   Field read(const std::string& grid, const ReadOptions& options) override {
     const std::lock_guard lock(mutex_);
     const std::shared_ptr<const void> held = last_storage_.lock();
-    const guard::Descriptor memory = shared_memory();
-    FieldFacts facts = ask(ReadRequest{grid, options, held != nullptr}, memory.get(),
-                           [&](FieldFacts& answer) { take_field(answer, memory.get(), held); });
-    try {
-      if (!facts.same_values && !facts.stored())
-        take_values(facts.field,
-                    [&](const ValuesRequest& some, int piece) { return ask(some, piece); });
-      check_field(facts, options.role);
-    } catch (const Error&) {
-      throw;
-    } catch (const std::exception& error) {
-      process_.reset();
-      if (is_of_this_process(error)) throw;
-      throw nonsense(*file_, error.what());
-    }
-    budget_->deliver(facts.leaves * kLeafVoxels * static_cast<std::size_t>(facts.field.channels) *
-                     sizeof(float));
+    FieldFacts facts = ask(ReadRequest{grid, options, held != nullptr},
+                           [&](FieldFacts answer, const std::vector<guard::SealedMemory>& blocks) {
+                             take_field(answer, blocks, held);
+                             check_field(answer, options.role);
+                             return answer;
+                           });
+    budget_->deliver(facts.field.leaves.size() * kLeafVoxels *
+                     static_cast<std::size_t>(facts.field.channels) * sizeof(float));
     last_ = facts.stored() ? Field() : facts.field;
     last_storage_ = last_.storage;
     last_.storage.reset();
@@ -198,51 +183,49 @@ class GuardedReader final : public Reader {
  private:
   std::unique_ptr<guard::Process> started() {
     last_storage_.reset();
-    auto process = std::make_unique<guard::Process>(file_->path(), file_->descriptor(), budget_);
-    if (data_)
-      ask_process(*process, *file_, DataRequest{.path = data_->path(), .size = data_->size()},
-                  data_->descriptor(), {}, no_check);
-    return process;
+    std::vector<guard::SharedFile> files{{file_->path(), file_->descriptor()}};
+    if (data_) files.push_back({data_->path(), data_->descriptor()});
+    return std::make_unique<guard::Process>(files, budget_, has_grids(*file_));
   }
 
-  /// The answer to a request, after check(answer). What is thrown ends the process, but for an
+  /// What take() makes of the answer to a request. What is thrown ends the process, but for an
   /// Error that the process answers with.
-  template <typename R, typename Check = decltype(no_check)>
-  typename R::Answer ask(const R& request, int descriptor = -1, const Check& check = no_check) {
-    for (bool prepared = false;; prepared = true) {
-      auto process = process_ ? std::move(process_) : started();
-      std::optional<typename R::Answer> answer;
-      try {
-        answer = ask_process(*process, *file_, request, descriptor, progress_, check);
-      } catch (const Error&) {
-        if (process->is_intact()) process_ = std::move(process);
-        throw;
-      }
-      if (answer) {
-        process_ = std::move(process);
-        return std::move(*answer);
-      }
-      if (prepared) throw nonsense(*file_, "nothing");
-      guard::prepare_server();
+  template <typename R, typename Take = decltype(as_it_is)>
+  typename R::Answer ask(const R& request, const Take& take = as_it_is) {
+    auto process = process_ ? std::move(process_) : started();
+    try {
+      auto answer = ask_process(*process, *file_, request, progress_, take);
+      process_ = std::move(process);
+      return answer;
+    } catch (const Error&) {
+      if (process->is_intact()) process_ = std::move(process);
+      throw;
     }
   }
 
   GridInfo row(const std::string& grid, bool values) {
-    const auto one_row = [](const std::vector<GridInfo>& rows) {
-      if (rows.size() != 1) throw std::runtime_error("another number of rows");
-    };
-    return ask(InfoRequest{grid, values}, -1, one_row).front();
+    return ask(InfoRequest{grid, values},
+               [](std::vector<GridInfo> rows, const auto&) {
+                 if (rows.size() != 1) throw std::runtime_error("another number of rows");
+                 return rows;
+               })
+        .front();
   }
 
-  void take_field(FieldFacts& facts, int memory, const std::shared_ptr<const void>& held) {
-    if (!facts.same_values) return take_places(facts, memory);
+  void take_field(FieldFacts& facts, const std::vector<guard::SealedMemory>& blocks,
+                  const std::shared_ptr<const void>& held) {
     Field& field = facts.field;
-    if (!held || facts.leaves != last_.leaves.size() || facts.tiles != last_.tiles.size() ||
-        field.channels != last_.channels)
-      throw std::runtime_error("values that it has not sent");
-    field.leaves = last_.leaves;
-    field.tiles = last_.tiles;
-    field.storage = held;
+    if (field.channels != 1 && field.channels != 3)
+      throw std::runtime_error("an impossible number of channels");
+    if (facts.same_values) {
+      if (!held || field.channels != last_.channels)
+        throw std::runtime_error("values that it has not sent");
+      field.leaves = last_.leaves;
+      field.tiles = last_.tiles;
+      field.storage = held;
+    } else if (!facts.stored()) {
+      take_values(field, blocks);
+    }
   }
 
   std::shared_ptr<FileBlocks> file_, data_;
@@ -261,8 +244,7 @@ bool reads_guarded() { return guard::has_server() && trust != Trust::yes; }
 
 /// Whether the kernel restricts the calls of a process that is started to find out.
 bool has_restriction() {
-  const guard::Descriptor nothing = shared_memory();
-  return guard::Process("", nothing.get(), std::make_shared<guard::Budget>(0)).begin("");
+  return guard::Process({}, std::make_shared<guard::Budget>(0), /*prepared=*/false).begin("");
 }
 
 }  // namespace

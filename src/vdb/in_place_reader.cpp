@@ -8,20 +8,26 @@
 #include <type_traits>
 #include <utility>
 
-#include "archive.h"
 #include "field/index_space.h"
 #include "field/value_range.h"
+#include "grid_file.h"
+#include "grids_module.h"
 #include "reader.h"
 #include "scan/scan.h"
 #include "survey.h"
-#include "trees.h"
 
 namespace psivox::vdb {
 namespace {
 
-std::unique_ptr<GridFile> open_grids(std::shared_ptr<FileBlocks> file, Progress progress = {}) {
-  if (is_nano(*file)) return open_nano_file(std::move(file), std::move(progress));
-  return std::make_unique<Archive>(std::move(file), std::move(progress));
+/// Throws for a file of a format that psivox does not read.
+[[noreturn]] void refuse_foreign(FileBlocks& file) {
+  const FileRun first = file.run(0, 1);
+  const std::string_view head(first.bytes.get(), std::size_t(first.size));
+  const std::string format = foreign_format(file.path(), head);
+  const std::string unknown =
+      head.empty() ? "is empty"
+                   : "begins as no volume that psivox reads: .vdb, .nvdb, NIfTI or NRRD";
+  throw Error(ExitCode::input, file.path() + ": " + (format.empty() ? unknown : format));
 }
 
 glm::dvec3 column_lengths(const glm::dmat4& m) {
@@ -48,7 +54,7 @@ std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
 void set_transform(const Transform& transform, GridInfo& info) {
   info.transform = transform.map;
   if (!transform.is_linear()) {
-    const FrustumPlace place = trees().place(transform.frustum, info.active_box);
+    const FrustumPlace place = grids_module().place(transform, info.active_box);
     info.voxel_size = place.voxel_size;
     info.world_min = place.world_min;
     info.world_max = place.world_max;
@@ -75,11 +81,12 @@ bool is_value(double value) { return value < 0 || value > 0; }
 bool has_value(const DecodedLeaf& leaf, int channels) {
   std::array<float, 3 * kLeafVoxels> values;
   leaf.copy_to(values.data());
-  for (auto on = leaf.active().beginOn(); on; ++on)
-    if (std::any_of(values.data() + on.pos() * unsigned(channels),
-                    values.data() + (on.pos() + 1) * unsigned(channels), is_value))
-      return true;
-  return false;
+  const auto stride = std::size_t(channels);
+  bool found = false;
+  each_on(leaf.active(), [&](std::size_t i) {
+    found |= std::any_of(values.data() + i * stride, values.data() + (i + 1) * stride, is_value);
+  });
+  return found;
 }
 
 bool has_value(FileGrid& grid) {
@@ -205,7 +212,7 @@ class InPlaceReader final : public Reader {
       const std::lock_guard lock(mutex_);
       grids = std::move(idle_);
     }
-    if (!grids) grids = open_grids(file_, progress_);
+    if (!grids) grids = grids_module().open(file_, progress_);
     auto result = work(*grids);
     const std::lock_guard lock(mutex_);
     idle_ = std::move(grids);
@@ -265,6 +272,7 @@ std::unique_ptr<Reader> open_reader(std::shared_ptr<FileBlocks> file,
                                     std::shared_ptr<FileBlocks> data, Progress progress) {
   if (std::unique_ptr<scan::Scan> scan = scan::open_scan(file, std::move(data)))
     return scan_reader(std::move(scan), file->path(), std::move(progress));
+  if (!has_grids(*file)) refuse_foreign(*file);
   return std::make_unique<InPlaceReader>(std::move(file), std::move(progress));
 }
 

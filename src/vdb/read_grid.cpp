@@ -10,8 +10,8 @@
 #include "base/text.h"
 #include "field/value_range.h"
 #include "grid_file.h"
+#include "grids_module.h"
 #include "psivox/error.h"
-#include "trees.h"
 
 namespace psivox::vdb {
 namespace {
@@ -212,11 +212,7 @@ class Reading {
   /// Takes what OpenVDB makes of a level set or a frustum.
   ValueSurvey take_tree(Voxels& voxels) {
     ConvertedGrid made;
-    explained([&] {
-      made = trees().convert(
-          {grid_.head(), grid_.topology(), [&](const TakeLeaf& take) { grid_.each_leaf(take); }},
-          options_);
-    });
+    explained([&] { made = grids_module().convert(grid_, options_); });
     add_class_notices(made.wrong_class);
     for (const std::string& text : made.notices) notice(text);
     refuse(problem_of({.world_from_index = made.world_from_index}, made.summary));

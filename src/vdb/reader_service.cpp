@@ -1,19 +1,16 @@
-#include <unistd.h>
-
 #include <algorithm>
-#include <cerrno>
 #include <memory>
 #include <stdexcept>
-#include <system_error>
 #include <utility>
+#include <vector>
 
 #include "base/memory.h"
+#include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
 #include "reading_messages.h"
 #include "survey.h"
-#include "trees.h"
 
 namespace psivox {
 namespace vdb {
@@ -22,72 +19,61 @@ namespace {
 /// A reader in a guarded process.
 class ReaderService final : public guard::Service {
  public:
-  ReaderService(std::string path, guard::Descriptor file, Progress progress)
-      : file_(std::make_shared<FileBlocks>(std::move(path), file.release())),
-        progress_(std::move(progress)) {
-    load_no_trees();
+  ReaderService(std::vector<guard::OpenFile> files, Progress progress)
+      : progress_(std::move(progress)) {
+    for (guard::OpenFile& file : files)
+      files_.push_back(
+          std::make_shared<FileBlocks>(std::move(file.path), file.descriptor.release()));
+    files_.resize(2);
   }
 
-  /// Empty if the process lacks the module `trees`.
-  std::string answer(std::string_view bytes, int descriptor) override {
+  Answer answer(std::string_view bytes) override {
     Request request;
     guard::unpack(bytes, request);
-    try {
-      return std::visit(
-          [&](const auto& known) { return guard::packed(answer_to(known, descriptor)); }, request);
-    } catch (const TreesNeeded&) {
-      return {};
-    }
+    return std::visit([&](const auto& known) { return answer_to(known); }, request);
   }
 
  private:
   /// No byte of the file is looked at before the first request: by then the process is limited.
   Reader& reader() {
-    if (!reader_) reader_ = open_reader(file_, data_, progress_);
+    if (!reader_) reader_ = open_reader(files_[0], files_[1], progress_);
     return *reader_;
   }
 
-  std::string answer_to(const DataRequest& request, int descriptor) {
-    const int copy = dup(descriptor);
-    if (copy < 0) throw std::system_error(errno, std::generic_category());
-    data_ = std::make_shared<FileBlocks>(request.path, copy, request.size);
-    return {};
+  Answer answer_to(const FactsRequest&) { return {guard::packed(reader().facts())}; }
+  Answer answer_to(const InfoRequest& request) {
+    return {guard::packed(reader().info(request.grid, request.values))};
   }
-  FileFacts answer_to(const FactsRequest&, int) { return reader().facts(); }
-  std::vector<GridInfo> answer_to(const InfoRequest& request, int) {
-    return reader().info(request.grid, request.values);
-  }
-  GridContent answer_to(const ContentRequest& request, int) {
-    return reader().content(request.grid);
+  Answer answer_to(const ContentRequest& request) {
+    return {guard::packed(reader().content(request.grid))};
   }
 
   /// Keeps the last field, so that the reader keeps its values.
-  FieldFacts answer_to(const ReadRequest& request, int memory) {
-    Field field = reader().read(request.grid, request.options);
-    FieldFacts facts;
-    facts.leaves = field.leaves.size();
-    facts.tiles = field.tiles.size();
+  Answer answer_to(const ReadRequest& request) {
+    FieldFacts facts{.field = reader().read(request.grid, request.options)};
+    Field& field = facts.field;
     if (field.reader) facts.active_tiles = field.reader->active_tiles();
     facts.same_values = request.holds_last && shares_values(field, last_);
-    if (!facts.same_values) write_places(field, memory, facts);
-    last_ = std::move(field);
+    Answer answer;
+    if (!facts.same_values && !facts.stored()) answer.blocks = shared_values(field);
+    last_ = field;
+    if (facts.same_values) {
+      field.leaves.clear();
+      field.tiles.clear();
+    }
+    answer.text = guard::packed(facts);
     if (last_.reader) last_.leaves = {};  // its reader knows their places
-    facts.field = last_;
-    return facts;
+    return answer;
   }
 
-  std::string answer_to(const ValuesRequest& request, int memory) const {
-    return write_values(last_, request, memory);
-  }
-
-  LeavesAnswer answer_to(const LeavesRequest& request, int) const {
+  Answer answer_to(const LeavesRequest& request) const {
     if (!last_.reader) throw std::runtime_error("an unknown request");
     LeavesAnswer answer;
     answer.values.resize(request.numbers.size() * kLeafVoxels *
                          static_cast<std::size_t>(last_.channels) * sizeof(float));
     answer.survey = last_.reader->read(
         request.numbers, reinterpret_cast<float*>(answer.values.data()), request.what);
-    return answer;
+    return {guard::packed(answer)};
   }
 
   /// A notice would tell that values were changed.
@@ -99,26 +85,25 @@ class ReaderService final : public guard::Service {
   }
 
   LargePages pages_;
-  std::shared_ptr<FileBlocks> file_, data_;
+  std::vector<std::shared_ptr<FileBlocks>> files_;  ///< and that of values beside it, or null
   Progress progress_;
   std::unique_ptr<Reader> reader_;
   Field last_;
 };
 
 /// Loads the module for all readers. If that fails, each of them says why.
-void load_trees() {
+void load_module() {
   try {
-    trees();
+    grids_module();
   } catch (const Error&) {
   }
 }
 
-constexpr guard::Trade reading{load_trees,
-                               [](std::string path, guard::Descriptor file,
-                                  Progress progress) -> std::unique_ptr<guard::Service> {
-                                 return std::make_unique<ReaderService>(
-                                     std::move(path), std::move(file), std::move(progress));
-                               }};
+constexpr guard::Trade reading{
+    load_module,
+    [](std::vector<guard::OpenFile> files, Progress progress) -> std::unique_ptr<guard::Service> {
+      return std::make_unique<ReaderService>(std::move(files), std::move(progress));
+    }};
 
 }  // namespace
 }  // namespace vdb

@@ -112,7 +112,7 @@ ValueSurvey LeafSurvey::extents(const glm::ivec3& origin, const float* values,
   if (!ranges_) return found;
   if (infinite || stride > 1)
     for (std::size_t i = 0; i < kLeafVoxels; ++i) found.all.add(values[i * stride]);
-  if (active.isOn())
+  if (active.all())
     found.active = found.all;
   else
     each_on(active, [&](std::size_t i) { found.active.add(values[i * stride]); });

@@ -1,8 +1,9 @@
 #pragma once
 
-#include <openvdb/util/NodeMasks.h>
 #include <tbb/combinable.h>
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <cstddef>
@@ -23,15 +24,31 @@ namespace psivox::vdb {
 
 inline constexpr std::size_t kLeafVoxels = 512;
 
-/// The active voxels of a leaf.
-using LeafMask = openvdb::util::NodeMask<3>;
+/// The active voxels of a leaf: a bit for each voxel, in OpenVDB's order.
+struct LeafMask {
+  std::array<std::uint64_t, 8> words{};  ///< a layer of x each, whose bits are 8 y + z
+
+  bool is_on(std::size_t i) const { return words[i / 64] >> i % 64 & 1; }
+  void set_on(std::size_t i) { words[i / 64] |= std::uint64_t{1} << i % 64; }
+  bool none() const {
+    return std::ranges::all_of(words, [](std::uint64_t word) { return word == 0; });
+  }
+  bool all() const {
+    return std::ranges::all_of(words, [](std::uint64_t word) { return ~word == 0; });
+  }
+  int count() const {
+    int sum = 0;
+    for (const std::uint64_t word : words) sum += std::popcount(word);
+    return sum;
+  }
+};
 
 /// Calls visit(i) for the active voxels of a leaf, in ascending order.
 template <typename Visit>
 void each_on(const LeafMask& active, const Visit& visit) {
-  for (unsigned w = 0; w < LeafMask::WORD_COUNT; ++w)
-    for (auto word = active.getWord<std::uint64_t>(w); word != 0; word &= word - 1)
-      visit(std::size_t(64 * w) + std::size_t(std::countr_zero(word)));
+  for (std::size_t w = 0; w < active.words.size(); ++w)
+    for (std::uint64_t word = active.words[w]; word != 0; word &= word - 1)
+      visit(64 * w + std::size_t(std::countr_zero(word)));
 }
 
 /// Smallest value that stays.
@@ -143,9 +160,9 @@ struct Statistics {
   }
   /// The active values of a leaf.
   template <typename Number>
-  void add(const Number* values, int channels, const LeafMask& active) {
+  void add(const Number* first, int channels, const LeafMask& active) {
     each_on(active, [&](std::size_t i) {
-      add(values + i * std::size_t(channels), channels, std::uint64_t{1});
+      add(first + i * std::size_t(channels), channels, std::uint64_t{1});
     });
   }
   std::optional<ValueStatistics> all() const;  ///< unset: no value was finite

@@ -14,9 +14,9 @@
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "reader.h"
-#include "trees.h"
 #include "vdb/grid_head.h"
 #include "vdb/grid_names.h"
+#include "vdb/grids_module.h"
 #include "vdb/joined_vectors.h"
 #include "vdb/shared_reader.h"
 
@@ -329,6 +329,6 @@ Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
   return field;
 }
 
-std::string openvdb_version() { return vdb::trees().version(); }
+std::string openvdb_version() { return vdb::grids_module().version(); }
 
 }  // namespace psivox

@@ -216,6 +216,8 @@ def moved(seed, rng):
     return data
 
 
+# Read, refused in one line, and refused because the guarded process crashed.
+GOOD = ("read", "refused", "crashed")
 MUTATIONS = [anywhere, structure, header, inside_blocks, inside_blocks, codec_bytes, runs, moved]
 
 
@@ -244,11 +246,11 @@ def try_file(psivox, seed, number, folder):
     except subprocess.TimeoutExpired:
         result = "hangs"
     seconds = time.monotonic() - begin
-    if seconds > TIME_LIMIT and result in ("read", "refused"):
+    if seconds > TIME_LIMIT and result in GOOD:
         result = "slow"
     if os.path.exists(picture):
         os.remove(picture)
-    if result in ("read", "refused"):
+    if result in GOOD:
         os.remove(path)
     return mutation.__name__, result, seconds
 
@@ -260,9 +262,9 @@ def judge(done, picture, renders):
     if done.returncode == 3:
         if os.path.exists(picture):
             return "picture of an error"
-        if "reading it crashed" in lines[0]:  # the guarded process
-            return lines[0][:200]
-        return "refused" if len(lines) == 1 and lines[0] else f"{len(lines)} lines: {lines}"
+        if len(lines) != 1 or not lines[0]:
+            return f"{len(lines)} lines: {lines}"
+        return "crashed" if "reading it crashed" in lines[0] else "refused"
     return f"exit code {done.returncode}: {lines[-1][:200]}"
 
 
@@ -292,18 +294,18 @@ def main():
             tries = pool.map(lambda n: try_file(call.psivox, seeds[n // 7 % len(seeds)], n, folder),
                              numbers)
             for number, (mutation, result, seconds) in zip(numbers, tries):
-                table[mutation, result if result in ("read", "refused") else "finding"] += 1
+                table[mutation, result if result in GOOD else "finding"] += 1
                 slowest = max(slowest, seconds)
-                if result not in ("read", "refused"):
+                if result not in GOOD:
                     findings.append(f"{number} ({mutation}, {seconds:.1f} s): {result}")
                     print(findings[-1], flush=True)
         hidden = [name for name in os.listdir(folder) if name.startswith(".")]
     if hidden:
         findings.append(f"unfinished files are left: {hidden}")
-    print(f"{'mutation':<14}{'read':>8}{'refused':>9}{'findings':>10}")
+    print(f"{'mutation':<14}{'read':>8}{'refused':>9}{'crashed':>9}{'findings':>10}")
     for mutation in dict.fromkeys(m.__name__ for m in MUTATIONS):
-        row = [table[mutation, result] for result in ("read", "refused", "finding")]
-        print(f"{mutation:<14}{row[0]:>8}{row[1]:>9}{row[2]:>10}")
+        row = [table[mutation, result] for result in (*GOOD, "finding")]
+        print(f"{mutation:<14}{row[0]:>8}{row[1]:>9}{row[2]:>9}{row[3]:>10}")
     print(f"{call.count} files of {len(seeds)} seeds, {len(findings)} findings; the slowest took "
           f"{slowest:.1f} s")
     return 1 if findings else 0

@@ -7,10 +7,12 @@
 #include <iterator>
 #include <string>
 
+#include "psivox/vdb.h"
 #include "targets.h"
 
 int main(int count, char** arguments) {
   if (count != 2) return 2;
+  psivox::start_guarded_reading();  // volumes may crash OpenVDB
   int files = 0;
   for (const psivox::fuzz::Target& target : psivox::fuzz::targets()) {
     const auto folder = std::filesystem::path(arguments[1]) / target.name;

@@ -9,7 +9,7 @@ minutes=${1:?usage: tests/fuzz/run.sh MINUTES [TARGET...]}
 shift
 targets=("$@")
 ((${#targets[@]})) ||
-  targets=(scene function gltf glb pvcc path frames parameter command picture volume scan nano)
+  targets=(scene function gltf glb pvcc path frames parameter command picture scan)
 
 export UBSAN_OPTIONS=halt_on_error=1:print_stacktrace=1
 # OpenVDB leaks the nodes of trees that are cut off: leaks are not looked for, and each process

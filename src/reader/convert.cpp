@@ -1,7 +1,5 @@
-// The module psivox_trees: what OpenVDB itself does.
+#include "convert.h"
 
-#include <openvdb/io/Stream.h>
-#include <openvdb/io/io.h>
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/GridTransformer.h>
 #include <openvdb/tools/Interpolation.h>
@@ -10,14 +8,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdint>
+#include <cstring>
 #include <limits>
-#include <sstream>
 #include <stdexcept>
 
 #include "base/text.h"
 #include "field/index_space.h"
-#include "vdb/trees.h"
+#include "topology_builder.h"
 
 namespace psivox::vdb {
 namespace {
@@ -27,11 +24,10 @@ using FloatGrids = openvdb::TypeList<openvdb::FloatGrid, openvdb::Vec3SGrid>;
 /// Upper bound of the resampled box: 256 MiB of floats if every voxel is active.
 constexpr double kMaxResampledVoxels = 67108864;  // 2^26
 
-/// Calls op(node) for the root, each inner node and each leaf, from the root down, each level in
-/// the tree's order.
+/// Calls op(node) for the root, each inner node and each leaf, from the root down, in all threads.
 template <typename TreeT, typename Op>
-void each_node(TreeT& tree, bool in_threads, const Op& op) {
-  openvdb::tree::NodeManager<TreeT>(tree).foreachTopDown(op, in_threads);
+void each_node(TreeT& tree, const Op& op) {
+  openvdb::tree::NodeManager<TreeT>(tree).foreachTopDown(op);
 }
 
 template <typename ValueT>
@@ -43,24 +39,20 @@ ValueT value_of(const glm::vec3& value) {
 }
 
 openvdb::Coord coord_of(const glm::ivec3& at) { return {at.x, at.y, at.z}; }
-glm::ivec3 place_of(const openvdb::Coord& at) { return {at.x(), at.y(), at.z()}; }
 glm::dvec3 point_of(const openvdb::Vec3d& at) { return {at[0], at[1], at[2]}; }
-
-float our_value(float value) { return value; }
-glm::vec3 our_value(const openvdb::Vec3f& value) { return {value[0], value[1], value[2]}; }
 
 float* floats_of(float* values) { return values; }
 float* floats_of(openvdb::Vec3f* values) { return values->asPointer(); }
 
 template <typename GridT>
-openvdb::GridBase::Ptr tree_of(const TreeSource& from) {
+openvdb::GridBase::Ptr tree_of(FileGrid& from) {
   using ValueT = typename GridT::ValueType;
   using LeafT = typename GridT::TreeType::LeafNodeType;
   // OpenVDB's library makes it, because GridT::create() would compile the type's reading, writing
   // and copying once more, which takes 10 s
   const auto grid = openvdb::gridPtrCast<GridT>(openvdb::GridBase::createGrid(GridT::gridType()));
   auto& root = grid->tree().root();
-  const Topology& topology = from.topology;
+  const Topology& topology = from.topology();
   root.setBackground(value_of<ValueT>(glm::vec3(topology.summary.background)),
                      /*updateChildNodes=*/false);
   for (const TilePart& tile : topology.tiles) {
@@ -76,7 +68,9 @@ openvdb::GridBase::Ptr tree_of(const TreeSource& from) {
   }
   from.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
     leaf.copy_to(floats_of(leaves[n]->buffer().data()));
-    leaves[n]->setValueMask(leaf.active());
+    typename LeafT::NodeMaskType active;
+    std::memcpy(static_cast<void*>(&active), &leaf.active(), sizeof active);
+    leaves[n]->setValueMask(active);
   });
   return grid;
 }
@@ -84,19 +78,11 @@ openvdb::GridBase::Ptr tree_of(const TreeSource& from) {
 /// Takes the voxels of a grid, which keeps their values.
 template <typename GridT>
 void take_voxels(GridT& grid, ConvertedGrid& made) {
-  TopologyBuilder<decltype(our_value(grid.background()))> found({});
-  found.set_background(our_value(grid.background()));
   Voxels& voxels = made.voxels;
-  each_node(grid.tree(), false, [&]<typename NodeT>(NodeT& node) {
-    if constexpr (NodeT::LEVEL == 0) {
-      found.add_leaf(place_of(node.origin()), node.getValueMask());
-      voxels.leaves.push_back(floats_of(node.buffer().data()));
-      voxels.active.push_back(node.getValueMask());
-    } else {
-      for (auto it = node.cbeginValueAll(); it; ++it)
-        found.add_tile(place_of(it.getCoord()), int(NodeT::ChildNodeType::DIM), our_value(*it),
-                       it.isValueOn());
-    }
+  TopologyBuilder<typename GridT::ValueType> found({}, grid.background());
+  take_nodes(grid.tree().root(), found, [&](auto& leaf) {
+    voxels.leaves.push_back(floats_of(leaf.buffer().data()));
+    voxels.active.push_back(mask_of(leaf.getValueMask()));
   });
   Topology topology = found.take();
   made.summary = topology.summary;
@@ -161,7 +147,7 @@ void complete_level_set(openvdb::FloatGrid& grid) {
   const glm::vec2 bounds = active_bounds(grid);
   if (!(bounds.x < 0 && bounds.y > 0)) return;
   const float outside = bounds.y;
-  each_node(grid.tree(), true, [&](auto& node) {
+  each_node(grid.tree(), [&](auto& node) {
     for (auto off = node.beginValueOff(); off; ++off)
       if (off.getValue() == 0) off.setValue(outside);
   });
@@ -174,7 +160,7 @@ void make_distances(openvdb::FloatGrid& grid) {
   openvdb::FloatTree& tree = grid.tree();
   const float half_width = tree.background();
   // Inactive tiles lie both inside and outside.
-  each_node(tree, true, [&](auto& node) {
+  each_node(tree, [&](auto& node) {
     for (auto it = node.beginValueAll(); it; ++it) {
       it.setValue(half_width - *it);
       it.setValueOn(*it != 0.0f);
@@ -203,16 +189,8 @@ void convert_level_set(openvdb::FloatGrid& tree, const ReadOptions& options, Con
     throw std::runtime_error("is a level set without an inside: nothing to render");
 }
 
-openvdb::math::Transform::Ptr transform_of(const std::string& frustum) {
-  constexpr std::string_view map = "NonlinearFrustumMap";
-  const auto length = static_cast<std::uint32_t>(map.size());
-  std::istringstream stream(std::string(reinterpret_cast<const char*>(&length), sizeof length)
-                                .append(map)
-                                .append(frustum));
-  openvdb::io::setCurrentVersion(stream);
-  const auto transform = openvdb::math::Transform::createLinearTransform(1.0);
-  transform->read(stream);
-  return transform;
+const openvdb::math::Transform& frustum_of(const Transform& transform) {
+  return *static_cast<const openvdb::math::Transform*>(transform.frustum.get());
 }
 
 /// Resamples a grid with a frustum transform into cubic voxels as small as its smallest. Throws
@@ -237,25 +215,27 @@ openvdb::GridBase::Ptr resample_to_linear(const openvdb::GridBase::Ptr& grid, Co
   return result;
 }
 
-ConvertedGrid convert(const TreeSource& from, const ReadOptions& options) {
+}  // namespace
+
+ConvertedGrid convert(FileGrid& from, const ReadOptions& options) {
+  const Transform& transform = from.head().transform;
   ConvertedGrid made;
-  made.world_from_index = from.head.transform.world_from_index;
-  openvdb::GridBase::Ptr tree = from.topology.summary.channels == 3
-                                    ? tree_of<openvdb::Vec3SGrid>(from)
-                                    : tree_of<openvdb::FloatGrid>(from);
-  const bool level_set = is_level_set(from.head, from.topology.summary);
-  if (level_set || is_fog_of_wrong_class(from.head, from.topology.summary)) {
+  made.world_from_index = transform.world_from_index;
+  openvdb::GridBase::Ptr tree =
+      from.channels() == 3 ? tree_of<openvdb::Vec3SGrid>(from) : tree_of<openvdb::FloatGrid>(from);
+  const bool level_set = is_level_set(from.head(), from.summary());
+  if (level_set || is_fog_of_wrong_class(from.head(), from.summary())) {
     auto& floats = static_cast<openvdb::FloatGrid&>(*tree);
     if (!level_set) complete_level_set(floats);
     made.wrong_class = floats.background() == 0;
     if (!made.wrong_class) convert_level_set(floats, options, made);
   }
-  if (!from.head.transform.is_linear()) {
+  if (!transform.is_linear()) {
     if (options.strict)
       throw std::runtime_error(
           "has a frustum transform, which strict reading does not resample; resample it where"
           " the file is made");
-    tree->setTransform(transform_of(from.head.transform.frustum));
+    tree->setTransform(frustum_of(transform).copy());
     tree = resample_to_linear(tree, made);
   }
   tree->apply<FloatGrids>([&](auto& typed) { take_voxels(typed, made); });
@@ -263,88 +243,15 @@ ConvertedGrid convert(const TreeSource& from, const ReadOptions& options) {
   return made;
 }
 
-FrustumPlace place(const std::string& bytes, const Box& active_box) {
-  const auto transform = transform_of(bytes);
-  FrustumPlace place{point_of(transform->voxelSize()), {}, {}};
+FrustumPlace place(const Transform& frustum, const Box& active_box) {
+  const openvdb::math::Transform& transform = frustum_of(frustum);
+  FrustumPlace place{point_of(transform.voxelSize()), {}, {}};
   if (!active_box.empty())
     std::tie(place.world_min, place.world_max) =
         bounds_of(active_box, [&](const glm::dvec3& index) {
-          return point_of(transform->indexToWorld(openvdb::Vec3d(index.x, index.y, index.z)));
+          return point_of(transform.indexToWorld(openvdb::Vec3d(index.x, index.y, index.z)));
         });
   return place;
 }
 
-using Grids = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid, openvdb::Int32Grid,
-                                openvdb::Int64Grid, openvdb::BoolGrid, openvdb::Vec3SGrid,
-                                openvdb::Vec3DGrid, openvdb::Vec3IGrid>;
-
-/// Throws if the root of a grid's tree has nodes or tiles at places where none can be. OpenVDB
-/// would compute ends beyond the integers from them.
-void check_root(const openvdb::GridBase& grid) {
-  grid.apply<Grids>([](const auto& typed) {
-    const auto& root = typed.tree().root();
-    constexpr int width = std::decay_t<decltype(root)>::ChildNodeType::DIM;
-    for (auto it = root.cbeginChildAll(); it; ++it)
-      if ((it.getCoord() & ~(width - 1)) != it.getCoord())
-        throw std::runtime_error("a node of its root is at an impossible place");
-  });
-}
-
-/// A file of grids that OpenVDB reads.
-class OldFile : private openvdb::io::Archive {
- public:
-  explicit OldFile(FileBlocks& file) : buffer_(file) {
-    stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
-    readHeader(stream_);
-    // OpenVDB's readers ask the stream for these
-    metadata_.reset(new openvdb::io::StreamMetadata);
-    metadata_->setSeekable(true);
-    openvdb::io::setStreamMetadataPtr(stream_, metadata_, /*transfer=*/false);
-    setFormatVersion(stream_);
-    setLibraryVersion(stream_);
-    setDataCompression(stream_);
-  }
-
-  openvdb::GridBase::Ptr read(const OldGrid& from) {
-    const openvdb::GridBase::Ptr grid = openvdb::GridBase::createGrid(from.type);
-    grid->setSaveFloatAsHalf(from.half);
-    openvdb::io::GridDescriptor descriptor("", from.type, from.half);
-    descriptor.setGridPos(from.begin);
-    descriptor.setEndPos(from.end);
-    stream_.clear();
-    stream_.seekg(from.begin);
-    buffer_.expect(from.end - from.begin);
-    readGrid(grid, descriptor, stream_);
-    check_root(*grid);
-    return grid;
-  }
-
-  std::int64_t end_of_last() { return stream_.tellg(); }
-
- private:
-  FileBuffer buffer_;
-  std::istream stream_{&buffer_};              ///< throws where the file ends
-  openvdb::io::StreamMetadata::Ptr metadata_;  ///< the stream keeps a plain pointer to it
-};
-
-RewrittenGrid rewritten(FileBlocks& file, const OldGrid& grid, const OldGrid* parent) {
-  OldFile old(file);
-  const openvdb::GridBase::Ptr read = old.read(grid);
-  const std::int64_t end = old.end_of_last();
-  if (parent) read->setTree(old.read(*parent)->baseTreePtr());
-  std::ostringstream out;
-  openvdb::io::Stream stream(out);
-  stream.setCompression(openvdb::io::COMPRESS_NONE);
-  stream.write(openvdb::GridCPtrVec{read});
-  return {std::move(out).str(), end};
-}
-
-constexpr Trees table = {openvdb::getLibraryVersionString, convert, place, rewritten};
-
-}  // namespace
 }  // namespace psivox::vdb
-
-extern "C" const psivox::vdb::Trees* psivox_trees() {
-  openvdb::initialize();
-  return &psivox::vdb::table;
-}

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+// What goes between processes: short messages with descriptors, and memory that nobody can change
+// once it has arrived.
+
+namespace psivox::guard {
+
+/// A descriptor that is closed with its owner.
+class Descriptor {
+ public:
+  Descriptor() = default;
+  explicit Descriptor(int number) : number_(number) {}
+  Descriptor(Descriptor&& other) noexcept : number_(std::exchange(other.number_, -1)) {}
+  Descriptor& operator=(Descriptor&& other) noexcept {
+    std::swap(number_, other.number_);
+    return *this;
+  }
+  ~Descriptor();
+
+  int get() const { return number_; }
+  int release() { return std::exchange(number_, -1); }
+  explicit operator bool() const { return number_ >= 0; }
+
+ private:
+  int number_ = -1;
+};
+
+/// Two connected ends. Throws Error(failure).
+std::pair<Descriptor, Descriptor> socket_pair();
+
+struct Message {
+  std::string bytes;
+  std::vector<Descriptor> descriptors{};
+};
+
+inline constexpr std::size_t longest_message = 64 << 10;  // [bytes]
+inline constexpr std::size_t most_descriptors = 250;      // Linux takes 253 at once
+
+/// Sends a message of 1 to longest_message bytes, with descriptors. Returns false if it is longer,
+/// or the other end is closed.
+bool send(int socket, std::string_view bytes, std::span<const int> descriptors = {});
+
+/// The next message, for which it waits. Nothing at the end of the connection, and if a message is
+/// too long.
+std::optional<Message> receive(int socket);
+
+/// Memory with a copy of the bytes. Throws std::bad_alloc, or std::runtime_error if a limit of file
+/// sizes is in the way.
+Descriptor shared_copy(std::string_view bytes);
+
+/// Memory that another process has made. From now on nobody can change it or its size.
+class SealedMemory {
+ public:
+  /// Throws std::runtime_error if another process can still write to it.
+  explicit SealedMemory(Descriptor memory);
+  std::size_t size() const { return size_; }
+  /// Maps its whole pages to that place, and copies the rest: a page that is not whole could not be
+  /// discarded. Throws std::bad_alloc.
+  void map(char* place) const;
+  /// A copy.
+  std::string text() const;
+
+ private:
+  void copy(std::size_t from, std::size_t size, char* to) const;
+
+  Descriptor memory_;
+  std::size_t size_ = 0;
+};
+
+}  // namespace psivox::guard

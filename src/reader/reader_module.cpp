@@ -1,0 +1,33 @@
+// The module psivox_reader: files of grids, read by OpenVDB and NanoVDB.
+
+#include <openvdb/openvdb.h>
+#include <openvdb/points/AttributeArray.h>
+
+#include <utility>
+
+#include "archives.h"
+#include "convert.h"
+#include "grid_types.h"
+
+namespace psivox::vdb {
+namespace {
+
+std::unique_ptr<GridFile> open(std::shared_ptr<FileBlocks> file, Progress progress) {
+  return (begins(*file, nano_magic) ? open_nano : open_vdb)(std::move(file), std::move(progress));
+}
+
+constexpr GridsModule module = {openvdb::getLibraryVersionString, open, convert, place};
+
+}  // namespace
+}  // namespace psivox::vdb
+
+extern "C" const psivox::vdb::GridsModule* psivox_reader() {
+  using openvdb::points::TypedAttributeArray, openvdb::points::TruncateCodec;
+  using psivox::vdb::HalfGrid;
+  openvdb::initialize();
+  // what files have and OpenVDB may not register
+  if (!HalfGrid::isRegistered()) HalfGrid::registerGrid();
+  using Truncated = TypedAttributeArray<std::int32_t, TruncateCodec>;
+  if (!Truncated::isRegistered()) Truncated::registerType();
+  return &psivox::vdb::module;
+}

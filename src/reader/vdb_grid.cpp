@@ -1,0 +1,347 @@
+#include "vdb_grid.h"
+
+#include <openvdb/points/PointDataGrid.h>
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "field/value_range.h"
+#include "grid_types.h"
+#include "points.h"
+#include "topology_builder.h"
+
+namespace psivox::vdb {
+namespace {
+
+constexpr std::size_t batch_leaves = 2048, leaves_per_task = 64;
+constexpr std::int64_t ahead_bytes = 8 << 20;  // that the system is asked to read
+/// Enough for the kind of a leaf's values and the length of their block. [bytes]
+constexpr std::int64_t head_bytes = 32;
+constexpr std::int64_t widest_gap = 4 << 10;  // that is read rather than skipped [bytes]
+
+template <typename LeafT, typename Number>
+void copy_values(const LeafT& leaf, Number* to) {
+  using ValueT = typename LeafT::ValueType;
+  if constexpr (std::is_same_v<ValueT, bool>) {  // bits
+    for (openvdb::Index i = 0; i < kLeafVoxels; ++i) *to++ = leaf.getValue(i);
+  } else {
+    const ValueT* const values = leaf.buffer().data();
+    for (std::size_t i = 0; i < kLeafVoxels; ++i)
+      for (int c = 0; c < channels_of_value<ValueT>; ++c)
+        *to++ = component_of<Number>(values[i], c);
+  }
+}
+
+/// Where a leaf's values are in the file [bytes].
+struct LeafPlace {
+  std::int64_t begin, end;
+};
+
+/// Reads leaves of a grid, each from its place in the file, without the grid's tree.
+template <typename LeafT>
+class LeafDecoder {
+ public:
+  using ValueT = typename LeafT::ValueType;
+
+  LeafDecoder(std::shared_ptr<FileBlocks> file, openvdb::io::StreamMetadata::Ptr coding,
+              const ValueT& background, std::optional<double> fill)
+      : file_(std::move(file)), coding_(std::move(coding)), background_(background), fill_(fill) {}
+
+  /// Reads the leaves at these places, in all threads. Reads large runs, which the file keeps, or
+  /// nothing but the leaves. Throws if a leaf is longer or shorter than its place.
+  void decode(std::span<const LeafPlace> places, bool in_runs, const TakeLeaf& take) const {
+    const std::size_t tasks = (places.size() + leaves_per_task - 1) / leaves_per_task;
+    tbb::parallel_for(std::size_t{0}, tasks, [&](std::size_t task) {
+      const std::size_t begin = task * leaves_per_task;
+      const std::size_t count = std::min(leaves_per_task, places.size() - begin);
+      decode_some(places.subspan(begin, count), begin, in_runs, take);
+    });
+  }
+
+ private:
+  void decode_some(std::span<const LeafPlace> places, std::size_t first, bool in_runs,
+                   const TakeLeaf& take) const {
+    FileBuffer buffer(*file_);
+    std::istream stream(&buffer);
+    stream.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
+    auto coding = std::make_shared<openvdb::io::StreamMetadata>(*coding_);
+    coding->setSeekable(false);  // a leaf's mask is read, too
+    coding->setBackgroundPtr(&background_);
+    openvdb::io::setStreamMetadataPtr(stream, coding);
+    LeafT leaf(openvdb::Coord(0), background_);
+    std::size_t together = 0;  // leaves before this one are in what was read
+    for (std::size_t n = 0; n < places.size(); ++n) {
+      stream.seekg(places[n].begin);
+      if (!in_runs && n == together) {
+        while (++together < places.size())
+          if (const auto gap = places[together].begin - places[together - 1].end;
+              gap < 0 || gap > widest_gap)
+            break;
+        buffer.read_only(places[together - 1].end - places[n].begin);
+      }
+      leaf.readBuffers(stream, coding->halfFloat());
+      if (stream.tellg() != places[n].end)
+        throw std::runtime_error("a block of its values has another length");
+      const LeafMask active = mask_of(leaf.getValueMask());
+      if (fill_) replace_background(leaf);
+      take(first + n, MadeLeaf(active, [&](auto* to) { copy_values(leaf, to); }));
+    }
+  }
+
+  void replace_background(LeafT& leaf) const {
+    const auto fill = value_from<ValueT>(*fill_);
+    for (openvdb::Index i = 0; i < kLeafVoxels; ++i)
+      if (!leaf.isValueOn(i) && same_values(ValueT(leaf.getValue(i)), background_))
+        leaf.setValueOff(i, fill);
+  }
+
+  std::shared_ptr<FileBlocks> file_;
+  openvdb::io::StreamMetadata::Ptr coding_;
+  ValueT background_;
+  std::optional<double> fill_;
+};
+
+/// The leaves of a grid whose values stay in the file. Any of them are read again by their places.
+template <typename LeafT>
+class FileLeaves final : public LeafReader {
+ public:
+  /// `places`: where leaves begin in the file, and where the last one ends. `subject` begins
+  /// messages.
+  FileLeaves(LeafDecoder<LeafT> decoder, std::vector<std::int64_t> places, const Topology& topology,
+             const LeafSurvey& survey, std::string subject)
+      : decoder_(std::move(decoder)),
+        survey_(survey),
+        subject_(std::move(subject)),
+        places_(std::move(places)),
+        origins_(topology.leaves),
+        floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(topology.summary.channels)) {
+    for (const TilePart& part : topology.tiles)
+      if (part.active) active_tiles_.push_back({part.tile().value.x, tile_voxels(part.tile())});
+  }
+
+  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
+
+  ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
+                   LeafRead what) const override {
+    const std::vector<LeafPlace> places = places_of(leaves);
+    SurveySum sum;
+    try {
+      decoder_.decode(places, /*in_runs=*/false, [&](std::size_t n, const DecodedLeaf& leaf) {
+        float* const to = values + n * floats_per_leaf_;
+        leaf.copy_to(to);
+        if (what == LeafRead::survey)
+          sum.add(survey_.take(origins_[leaves[n]], to, leaf.active()));
+        else
+          survey_.clean(to);
+        if (what == LeafRead::active) mark(to, leaf.active());
+      });
+    } catch (const std::exception& e) {
+      throw Error(ExitCode::input, subject_ + "cannot be read again: " + explain(e));
+    }
+    return sum.total();
+  }
+
+ private:
+  std::vector<LeafPlace> places_of(std::span<const std::uint32_t> leaves) const {
+    std::vector<LeafPlace> places;
+    places.reserve(leaves.size());
+    for (const std::uint32_t leaf : leaves) {
+      if (leaf + std::size_t{1} >= places_.size())
+        throw Error(ExitCode::input, subject_ + "has no leaf of that number");
+      places.push_back({places_[leaf], places_[leaf + 1]});
+    }
+    return places;
+  }
+
+  /// Puts NaN into the first channel of voxels that are not active.
+  void mark(float* values, const LeafMask& active) const {
+    for (std::size_t i = 0; i < kLeafVoxels; ++i)
+      if (!active.is_on(i))
+        values[i * (floats_per_leaf_ / kLeafVoxels)] = std::numeric_limits<float>::quiet_NaN();
+  }
+
+  LeafDecoder<LeafT> decoder_;
+  LeafSurvey survey_;
+  std::string subject_;
+  std::vector<std::int64_t> places_;
+  std::vector<glm::ivec3> origins_;
+  std::size_t floats_per_leaf_;
+  std::vector<TileValue> active_tiles_;
+};
+
+/// A grid of a .vdb, by OpenVDB's type.
+template <typename GridT>
+class VdbGrid final : public FileGrid {
+  using TreeT = typename GridT::TreeType;
+  using LeafT = typename TreeT::LeafNodeType;
+  using ValueT = typename GridT::ValueType;
+  static constexpr bool points = std::is_same_v<GridT, openvdb::points::PointDataGrid>;
+
+ public:
+  explicit VdbGrid(const VdbSource& from)
+      : FileGrid(from.file, from.entry, from.marked || is_mask(from.entry.type)),
+        grid_(openvdb::gridPtrCast<GridT>(from.grid)),
+        coding_(from.coding),
+        file_(from.blocks),
+        stream_(from.stream),
+        buffer_(from.buffer),
+        leaves_at_(from.stream.tellg()),
+        end_(from.entry.end) {
+    const auto& root = std::as_const(*grid_).tree().root();
+    for (auto node = root.cbeginChildAll(); node; ++node)
+      if ((node.getCoord() & ~(int(TreeT::RootNodeType::ChildNodeType::DIM) - 1)) !=
+          node.getCoord())
+        throw std::runtime_error("a node of its root is at an impossible place");
+    begin(from.head, points);
+  }
+
+  std::string why_whole() const override {
+    if (is_marked()) return "active voxels are marked in the whole";
+    if (points) return "points are counted in the whole";
+    return {};
+  }
+
+  std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey& survey,
+                                            std::string subject) override {
+    if constexpr (points)
+      return nullptr;
+    else
+      return std::make_shared<FileLeaves<LeafT>>(decoder(), find_places(), topology_, survey,
+                                                 std::move(subject));
+  }
+
+ private:
+  const ValueT& background() const { return std::as_const(*grid_).tree().background(); }
+  bool half() const { return coding_->halfFloat(); }
+  LeafDecoder<LeafT> decoder() const { return {file_, coding_, background(), fill_}; }
+
+  Topology read_topology(const TopologyWish& wish) override {
+    leaves_.clear();
+    TopologyBuilder<ValueT> found(wish, background());
+    take_nodes(grid_->tree().root(), found, [&](LeafT& leaf) { leaves_.push_back(&leaf); });
+    return found.take();
+  }
+
+  bool can_be(double value) const override { return value_can_be<ValueT>(value); }
+
+  void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) override {
+    begin_leaves(coding_);
+    if constexpr (points)
+      read_counts(take);
+    else
+      read_batches(take, enough);
+  }
+
+  void begin_leaves(openvdb::io::StreamMetadata::Ptr& coding) {
+    coding->setBackgroundPtr(&background());
+    openvdb::io::setStreamMetadataPtr(stream_, coding);
+    stream_.clear();
+    stream_.seekg(leaves_at_);
+  }
+
+  /// The numbers of points in voxels, from the offsets behind the last one of each.
+  void read_counts(const TakeLeaf& take) {
+    read_points(*grid_, stream_, *coding_, /*whole=*/false);
+    for (std::size_t n = 0; n < leaves_.size(); ++n) {
+      std::array<std::int64_t, kLeafVoxels> counts;
+      std::int64_t last = 0;
+      for (openvdb::Index i = 0; i < kLeafVoxels; ++i) {
+        const std::int64_t end = openvdb::Index32(leaves_[n]->getValue(i));
+        if (end < last) throw std::runtime_error("its points are out of order");
+        counts[i] = end - std::exchange(last, end);
+      }
+      take(n, MadeLeaf(mask_of(leaves_[n]->getValueMask()),
+                       each_voxel([&](std::size_t i) { return counts[i]; })));
+    }
+  }
+
+  /// A leaf's place depends on the lengths of those before it. So one thread finds the places of a
+  /// batch by skipping over them, and then all threads read.
+  void read_batches(const TakeLeaf& take, const std::function<bool()>& enough) {
+    const LeafDecoder<LeafT> decoder = this->decoder();
+    std::int64_t end = leaves_at_;
+    std::vector<LeafPlace> batch;
+    std::size_t wanted = enough ? 1 : batch_leaves;
+    for (std::size_t first = 0; first < leaves_.size(); first += batch.size()) {
+      file_->announce(end, ahead_bytes);
+      batch.clear();
+      while (batch.size() < std::min(wanted, leaves_.size() - first)) {
+        skip(*leaves_[first + batch.size()]);
+        batch.push_back({end, stream_.tellg()});
+        end = batch.back().end;
+      }
+      buffer_.read_to(end);
+      decoder.decode(batch, /*in_runs=*/true,
+                     [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
+      if (enough && enough()) return;
+      wanted = std::min(2 * wanted, batch_leaves);
+    }
+  }
+
+  /// Moves the stream behind a leaf's values.
+  void skip(const LeafT& leaf) {
+    skipped_.setValueMask(leaf.getValueMask());
+    skipped_.readBuffers(stream_, openvdb::CoordBBox(), half());
+  }
+
+  /// Where leaves begin, and where the last one ends: by the metadata for delayed loading or, if
+  /// these do not lead to the grid's end, by a few bytes of each leaf.
+  std::vector<std::int64_t> find_places() {
+    std::vector<std::int64_t> places;
+    guarded([&] {
+      if (const auto delayed = (*grid_)[openvdb::GridBase::META_FILE_DELAYED_LOAD]) {
+        auto coding = std::make_shared<openvdb::io::StreamMetadata>(*coding_);
+        coding->gridMetadata().insertMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD, *delayed);
+        try {
+          places = places_by(coding);
+        } catch (const std::exception&) {  // the metadata are wrong
+        }
+      }
+      if (places.empty() || places.back() != end_) places = places_by(coding_);
+      openvdb::io::setStreamMetadataPtr(stream_, coding_);  // it keeps a plain pointer
+    });
+    return places;
+  }
+
+  std::vector<std::int64_t> places_by(openvdb::io::StreamMetadata::Ptr& coding) {
+    begin_leaves(coding);
+    // small leaves are read in fewer calls than skipped
+    if (end_ - leaves_at_ > 4 * head_bytes * std::int64_t(leaves_.size()))
+      buffer_.read_only(head_bytes);
+    std::vector<std::int64_t> places{leaves_at_};
+    for (const LeafT* leaf : leaves_) {
+      skip(*leaf);
+      places.push_back(stream_.tellg());
+    }
+    buffer_.read_only(0);
+    return places;
+  }
+
+  typename GridT::Ptr grid_;
+  openvdb::io::StreamMetadata::Ptr coding_;
+  std::shared_ptr<FileBlocks> file_;
+  std::istream& stream_;
+  FileBuffer& buffer_;
+  std::int64_t leaves_at_, end_;  ///< in the file [bytes]
+  std::vector<LeafT*> leaves_;    ///< of the tree, in its order
+  LeafT skipped_;
+};
+
+}  // namespace
+
+std::unique_ptr<FileGrid> vdb_grid(const VdbSource& source) {
+  std::unique_ptr<FileGrid> grid;
+  source.grid->apply<SupportedGrids>([&](const auto& typed) {
+    grid = std::make_unique<VdbGrid<std::decay_t<decltype(typed)>>>(source);
+  });
+  return grid;
+}
+
+}  // namespace psivox::vdb
