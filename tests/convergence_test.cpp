@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "base/statistics.h"
-#include "march/formula_march.h"
+#include "formula_march.h"
 #include "psivox/integrators.h"
 #include "smooth_ray.h"
 

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "base/statistics.h"
+#include "formula_march.h"
 #include "made_fields.h"
-#include "march/formula_march.h"
 #include "psivox/draw.h"
 #include "psivox/integrators.h"
 #include "smooth_ray.h"

@@ -9,8 +9,8 @@
 #include <limits>
 #include <string>
 
+#include "formula_march.h"
 #include "made_fields.h"
-#include "march/formula_march.h"
 #include "march_cases.h"
 #include "psi_quadrature.h"
 

@@ -21,7 +21,8 @@ std::vector<std::string> available_looks();
 /// chosen.
 bool leaves_look_open(const Scene& scene);
 
-/// Whether smoke would hardly be seen before the scene's background, whose luminance is at least 0.4.
+/// Whether smoke would hardly be seen before the scene's background, whose luminance is at least
+/// 0.4.
 bool has_bright_background(const Scene& scene);
 /// By what a look then multiplies the smoke's albedo and luminance.
 inline constexpr double dark_contrast = 0.3;
@@ -48,7 +49,8 @@ struct LookedScene {
 /// Sets what the scene's look says and the scene itself leaves open. A look is a JSON file of scene
 /// parameters: one of psivox's own, one of the folders in the environment's PSIVOX_LOOKS (separated
 /// by colons), or a path. Its list `choose` names what comes from the file's values:
-///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low and fill the volume, so
+///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low and fill the volume,
+///   so
 ///               that vessels stand out
 ///   outside     what fills the volume around the object is transparent, a veil around it thin
 ///   balance     a range with 0 in its middle that leaves out 0.5 % of the values at either end

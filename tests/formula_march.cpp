@@ -1,4 +1,4 @@
-#include "march/formula_march.h"
+#include "formula_march.h"
 
 #include "march/glsl_subset.h"
 #include "march/march_parameters.h"
