@@ -107,7 +107,7 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   Point front = m.front;
   Point middle = m.front;
   real3 none = real3(real(0.0));
-  Point back = Point(sample_back.value, real(0.0), none, none, real(0.0), none);
+  Point back = Point(sample_back.value, real(0.0), none, none, none, real(0.0), none);
   if (middle_rule || has_emission) {
     seek(m, t_middle, middle_rule);
     middle = point_at(m, t_middle, sample_middle, middle_rule);
@@ -145,10 +145,12 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   if (transfer_rule) {
     Mixture mixture = integrate_transfer(near.value, back.value, m.vacuum ? real(0.0) : length);
     real a = decay(mixture.depth).a;
-    bool own = luminance_source == SOURCE_TRANSFER;  // else the luminance is the mean of the ends
+    bool own = function_colors;  // else the luminance is the mean of the ends
     w = Weights(own ? real(0.0) : real(0.5) * a, own ? a : real(0.0), own ? real(0.0) : real(0.5) * a,
                 mixture.depth);
     middle.L = mixture.L;
+    if (lit_colors) middle.L = (near.L + back.L) * real(0.5);
+    middle.tint = mixture.L;
   } else if (!depth_only && attenuates) {
     w = integrate_segment(Segment(extinction * near.attenuation, extinction * middle.attenuation,
                                   extinction * back.attenuation, length, depth));
@@ -157,8 +159,8 @@ void composite_segment(INOUT(March) m, Sample sample_middle, Sample sample_back,
   real3 glow = real3(real(0.0));
   if (glows(m)) glow = glow_of_segment(near, middle, back, w, length);
   find_half(m, tau, w.depth, length);
-  composite(m, near.L * w.front + middle.L * w.middle + back.L * w.back, w.front + w.middle + w.back,
-            w.depth, glow, length);
+  real3 C = luminance_of(near) * w.front + luminance_of(middle) * w.middle + luminance_of(back) * w.back;
+  composite(m, C, w.front + w.middle + w.back, w.depth, glow, length);
   m.t = t_back;
 }
 
@@ -197,6 +199,7 @@ struct NodeSum {
   real weight;
   real value;  // of the density grid, times its weight
   real3 L;     // of a luminance grid, times its weight
+  real3 lit;   // lit_colors: the value times that
   real3 glow;  // as seen at the piece's front
   real own;      // part of the weight that is the density's; the rest is the further volumes'
   real3 others;  // their luminance, times their weight
@@ -218,9 +221,25 @@ void add_node(INOUT(NodeSum) sum, IN(March) m, IN(CellPiece) piece, real place, 
     weight = integrate_cell(piece.value, through, place) * weight_unit();
     sum.own += weight;
   }
-  sum.value += polynomial(piece.value, place) * weight;
-  if (own_luminance) sum.L = sum.L + polynomials(piece.L, place) * weight;
+  real value = polynomial(piece.value, place);
+  sum.value += value * weight;
+  if (own_luminance) {
+    real3 L = real3(polynomial(piece.L.x, place));
+    if (luminance_source == SOURCE_VECTOR) L = polynomials(piece.L, place);
+    sum.L = sum.L + L * weight;
+    if (lit_colors) sum.lit = sum.lit + L * (value * weight);
+  }
   if (glows(m)) sum.glow = sum.glow + emission_of(piece.glow, place, through);
+}
+
+// The mean value that one channel of the light shows; where there is none any will do.
+real lit_value(real lit, real L, real value) { return abs(L) > real(1e-37) ? lit / L : value; }
+
+// The colour of a piece by what its nodes add up to; `value`: their mean.
+real3 tint_of(IN(March) m, IN(NodeSum) sum, real value) {
+  return colors_within(m.interval, real3(lit_value(sum.lit.x, sum.L.x, value),
+                                         lit_value(sum.lit.y, sum.L.y, value),
+                                         lit_value(sum.lit.z, sum.L.z, value)));
 }
 
 // A piece of a cell from m.t to t_back by a rule that integrates its cubic in Gauss-Legendre nodes;
@@ -233,7 +252,7 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   seek(m, m.t + real(0.5) * length, true);
   if (own_luminance) piece.L = luminance_along(m, length);
   if (has_emission) piece.glow = emission_along(m.emission, m.t, length);
-  NodeSum sum = NodeSum(real(0.0), real(0.0), none, none, real(0.0), none);
+  NodeSum sum = NodeSum(real(0.0), real(0.0), none, none, none, real(0.0), none);
   if (cell_nodes == 4) {
     add_node(sum, m, piece, real(0.0694318442029737), real(0.1739274225687269));
     add_node(sum, m, piece, real(0.3300094782075719), real(0.3260725774312732));
@@ -258,16 +277,19 @@ void composite_cell(INOUT(March) m, Cubic value, Cubic attenuation, real t_back,
   }
   real depth = max(extinction * length * antiderivative(attenuation, real(1.0)), real(0.0));
   real opacity = decay(depth).a;
-  // between knots the luminance is linear in the value, so the mean value has the mean luminance
+  // between knots the luminance is linear in the value, so the mean value has the mean luminance; in
+  // light it is the mean by light
   real scale = real(1.0) / max(other_volumes > 0 ? sum.own : sum.weight, real(1e-37));
-  Point mean = Point(real(0.0), real(0.0), real3(real(1.0)), none, real(0.0), none);
+  Point mean = Point(real(0.0), real(0.0), real3(real(1.0)), none, none, real(0.0), none);
   if (own_luminance) mean.L = sum.L * scale;
-  mean = with_value(m, mean, Sample(sum.value * scale, real(0.0)));
-  real3 C = mean.L * opacity;
+  if (lit_colors) mean.tint = tint_of(m, sum, sum.value * scale);
+  else mean = with_value(m, mean, Sample(sum.value * scale, real(0.0)));
+  real3 L = luminance_of(mean);
+  real3 C = L * opacity;
   real3 glow = sum.glow * length;
   if (other_volumes > 0) {
     real share = opacity / max(sum.weight, real(1e-37));
-    C = mean.L * (share * sum.own);
+    C = L * (share * sum.own);
     glow = glow + sum.others * share;
   }
   find_half(m, attenuation, depth, length);

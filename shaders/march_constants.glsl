@@ -18,6 +18,7 @@ CONSTANT(bool, attenuates)        // the extinction is not 0
 CONSTANT(bool, ends_early)        // a ray may become opaque
 CONSTANT(bool, transfer)          // a transfer function classifies values; else tau ~ value
 CONSTANT(bool, one_interval)      // which has two knots: nothing is searched
+CONSTANT(bool, lit_colors)        // and its colours, in light: the luminance's grid has the light alone
 CONSTANT(bool, transfer_search)   // several of its knots may lie in one bin of its table
 CONSTANT(bool, ramps)             // whose attenuation is a sum of ramps, and nothing asks for colours
 CONSTANT(bool, with_gradient)     // and the gradient's magnitude, a grid of its own

@@ -7,7 +7,8 @@ DERIVED(bool, own_luminance, luminance_source == SOURCE_SCALAR || luminance_sour
 DERIVED(bool, beside_density, own_luminance && paired && !template_sampling)
 DERIVED(bool, tracks_luminance, own_luminance && !beside_density && shows != SHOWS_surface)
 DERIVED(bool, has_emission, emission_channels > 0)
-DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || luminance_source == SOURCE_TRANSFER)
+DERIVED(bool, function_colors, luminance_source == SOURCE_TRANSFER || lit_colors)
+DERIVED(bool, colored_luminance, luminance_source == SOURCE_VECTOR || function_colors)
 DERIVED(bool, adds_glow, has_emission || others_shine)
 DERIVED(bool, vector_radiance, colored_luminance || adds_glow)
 

@@ -6,7 +6,8 @@ const real LN2 = real(0.6931471805599453);
 struct Point {
   real value;        // of the density grid
   real attenuation;  // of it, without `extinction`
-  real3 L;           // luminance, without `color`; only x where it is scalar
+  real3 L;           // luminance, without `color` and `tint`; only x where it is scalar
+  real3 tint;        // lit_colors: the function's, a factor of L
   real3 glow;        // emission [radiance / unit of t]
   real slope;        // of the attenuation along the ray [1 / unit of t]; these two only with
   real3 L_slope;     // end_corrections
@@ -57,7 +58,8 @@ March begin_march(Ray ray) {
   m.phase = real(1.0);
   m.along = real3(real(0.0));
   m.t = ray.begin;
-  m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(0.0)), real(0.0), real3(real(0.0)));
+  m.front = Point(UNKNOWN, real(0.0), real3(real(1.0)), real3(real(1.0)), real3(real(0.0)),
+                  real(0.0), real3(real(0.0)));
   m.step_error = real(0.0);
   m.cell = cell_at(ray, ray.begin, density.domain_min, density.domain_max);
   if (in_part) m.cell = cell_between_faces(ray, ray.begin, m.cell);
@@ -204,7 +206,13 @@ Point with_value(IN(March) m, IN(Point) p, Sample s) {
   real3 L = p.L;
   if (luminance_source == SOURCE_DENSITY) L = real3(s.value, s.value, s.value);
   if (luminance_source == SOURCE_TRANSFER) L = c.color;
-  return Point(s.value, attenuation, L, p.glow, p.slope, p.L_slope);
+  return Point(s.value, attenuation, L, c.color, p.glow, p.slope, p.L_slope);
+}
+
+// The luminance at a point, without `color`.
+real3 luminance_of(IN(Point) p) {
+  if (lit_colors) return p.L * p.tint;
+  return p.L;
 }
 
 // Emission in a region's empty runs belongs to another region, which walks it. Steps may end in one.
@@ -215,7 +223,7 @@ bool glows(IN(March) m) {
 // The medium at t, where the density grid has `s`; seek(t, luminous) has found the other grids' nodes.
 Point point_at(IN(March) m, real t, Sample s, bool luminous) {
   real3 none = real3(real(0.0));
-  Point p = Point(s.value, s.value, real3(real(1.0)), none, real(0.0), none);
+  Point p = Point(s.value, s.value, real3(real(1.0)), none, none, real(0.0), none);
   if (beside_density && luminous) p.L = paired_luminance(m, t);
   if (tracks_luminance && luminous)
     p.L = sample_luminance(m, t);

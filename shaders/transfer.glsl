@@ -75,7 +75,7 @@ Classified classify_in(int k, real value) {
   Interval a = interval_of(k);
   real u = clamp((value - a.value) / a.width, real(0.0), real(1.0));
   real3 at = knot_color(k);
-  if (luminance_source == SOURCE_TRANSFER) at = at + color_change(k) * u;
+  if (luminance_source == SOURCE_TRANSFER || lit_colors) at = at + color_change(k) * u;
   return Classified(a.attenuation + a.change * u, at);
 }
 
@@ -127,12 +127,25 @@ Classified classify(Sample s) {
 }
 Classified classify(real value) { return classify_in(transfer_interval(value), value); }
 
-// Classifies a value of a piece in interval k: -1 before all knots, knots() - 1 behind them. By
-// rounding the value may lie beyond the interval.
-Classified classify_within(int k, real value) {
+// A piece in interval k, -1 before all knots, knots() - 1 behind them, has the function of this one,
+int interval_within(int k) { return one_interval ? 0 : clamp(k, 0, knots() - 2); }
+// of this value: by rounding it may lie beyond the interval.
+real value_within(int k, real value) {
   real far = real(3e38);
-  real v = k < 0 ? -far : k > knots() - 2 ? far : value;
-  return classify_in(one_interval ? 0 : clamp(k, 0, knots() - 2), v);
+  return k < 0 ? -far : k > knots() - 2 ? far : value;
+}
+
+Classified classify_within(int k, real value) {
+  return classify_in(interval_within(k), value_within(k, value));
+}
+
+// The colour of a piece whose value differs from channel to channel.
+real3 colors_within(int k, real3 values) {
+  int at = interval_within(k);
+  Interval a = interval_of(at);
+  real3 v = real3(value_within(k, values.x), value_within(k, values.y), value_within(k, values.z));
+  real3 u = clamp((v - a.value) / a.width, real3(real(0.0)), real3(real(1.0)));
+  return knot_color(at) + color_change(at) * u;
 }
 
 // The first part of a cubic of values that is monotone and stays between two knots, where the

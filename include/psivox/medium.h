@@ -83,6 +83,7 @@ struct Medium {
   double least_value = 0;               ///< maxima no nearer to 0 show something; so much is a fall
   std::optional<ScatteredLight> light;  ///< not in the luminance yet, see light.h
   bool lit = false;          ///< the luminance has that light, wherever the density attenuates
+  bool lit_colors = false;   ///< of which the colours of `transfer` are a factor where a ray is
   glm::dvec3 phase_axis{0};  ///< direction of the light if scattering depends on the ray's; else 0
   double phase_g = 0;        ///< mean cosine of scattering about it
   /// Further volumes, each on a lattice of its own: tau = extinction * value, of constant luminance

@@ -12,6 +12,7 @@ std::string number(double value) { return formatted("%.4g", value); }
 View with_light(View view) {
   if (!view.medium.light) return view;
   view.medium.light.reset();
+  view.medium.lit_colors = view.medium.source == LuminanceSource::transfer;
   view.medium.source = LuminanceSource::vector;
   return view;
 }

@@ -31,11 +31,21 @@ std::optional<glm::dvec3> common_color(std::span<const Beam> beams) {
   return color;
 }
 
-/// The colour of all of a medium's luminance in the light of some beams, if it has one.
+/// Whether the colours of the medium's function are left to rays.
+bool leaves_colors(const Medium& medium) { return medium.source == LuminanceSource::transfer; }
+
+/// The colour of all of a medium's light from some beams, and of what it adds to them at voxels, if
+/// it has one.
 std::optional<glm::dvec3> common_color(const Medium& medium, std::span<const Beam> beams) {
-  const bool glows = medium.source != LuminanceSource::constant && medium.color != glm::dvec3(0);
-  if (glows || medium.light->tinted || !medium.light->albedo.empty()) return {};
-  return common_color(beams);
+  std::vector<Beam> all(beams.begin(), beams.end());
+  if (!medium.light->albedo.empty()) return {};
+  if (leaves_colors(medium)) {
+    all.push_back({.radiance = medium.color});
+  } else {
+    const bool glows = medium.source != LuminanceSource::constant && medium.color != glm::dvec3(0);
+    if (glows || medium.light->tinted) return {};
+  }
+  return common_color(all);
 }
 
 double decayed(double depth) { return std::exp(-depth); }
@@ -187,8 +197,7 @@ LitLuminance::LitLuminance(const View& view, std::vector<Beam> given)
 }
 
 bool LitLuminance::reads_density() const {
-  return medium_.source == LuminanceSource::density ||
-         medium_.source == LuminanceSource::transfer || medium_.luminance == medium_.density ||
+  return medium_.source == LuminanceSource::density || medium_.luminance == medium_.density ||
          !albedo_.is_one();
 }
 
@@ -255,16 +264,15 @@ void LitLuminance::add(const Beam& beam, bool first, const glm::ivec3& origin,
       std::span<const float>(some), arriving.data());
   if (common_) {
     const double all = glm::length(*common_);
-    const float ratio = all > 0 ? float(glm::length(beam.radiance) / all) : 1;
-    if (first) std::fill_n(to, 512, 0.0f);
+    const auto part = [&](const glm::dvec3& of) { return float(glm::length(of) / all); };
+    const float ratio = all > 0 ? part(beam.radiance) : 1;
+    if (first) std::fill_n(to, 512, all > 0 ? part(own_color_) : 0);
     for (std::size_t i = 0; i < 512; ++i) to[i] += ratio * arriving[i];
     return;
   }
   const bool tinted = medium_.light->tinted, glows = first && own_color_ != glm::dvec3(0);
-  std::array<glm::dvec3, 512> glow_of;
-  if (tinted || glows) glow_.block(origin, glow_of);
   for (int i = 0; i < 512; ++i, to += 3) {
-    const glm::dvec3& own_glow = glow_of[std::size_t(i)];
+    const glm::dvec3 own_glow = tinted || glows ? glow_.at(origin + leaf_voxel(i)) : glm::dvec3(1);
     glm::dvec3 L = beam.radiance * double(arriving[std::size_t(i)]);
     if (!albedo_.is_one()) L *= albedo_.at(origin + leaf_voxel(i));
     if (tinted) L *= own_glow;
@@ -302,7 +310,8 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
   medium.source = channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
   medium.color = common_.value_or(glm::dvec3(1));
   medium.ambient = ambient_;
-  medium.transfer = without_colors(medium);
+  medium.lit_colors = leaves_colors(medium_);
+  if (!medium.lit_colors) medium.transfer = without_colors(medium);
   if (by_ray_) {
     medium.phase_axis = beams_.front().direction;
     medium.phase_g = g_;

@@ -105,10 +105,11 @@ double transmittance_of(double light, int octaves);
 /// Luminance at voxels of a view's medium in the light of some beams:
 ///   L = luminance + albedo * sum of radiance * scattered(depth) over the beams,
 ///   scattered(depth) = sum over i of a^i * phase(g a^i) * e^(-a^i depth), a = 1/2,
-/// all of it times the colour where a transfer function gives colours. One octave (i = 0) is light
-/// scattered once. More approximate light scattered often (Wrenninge, Kulla and Lundqvist, "Oz: The
-/// Great and Volumetric", 2013): each goes farther, dimmer and more evenly. A luminance of another
-/// grid is interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
+/// all of it times the colour where a transfer function gives colours to voxels; colours that it
+/// gives along rays are the lit medium's `lit_colors`. One octave (i = 0) is light scattered once.
+/// More approximate light scattered often (Wrenninge, Kulla and Lundqvist, "Oz: The Great and
+/// Volumetric", 2013): each goes farther, dimmer and more evenly. A luminance of another grid is
+/// interpolated at the density's voxels; a constant one is the lit medium's `ambient`.
 class LitLuminance {
  public:
   LitLuminance(const View& view, std::vector<Beam> beams);

@@ -60,6 +60,13 @@ class Looks {
     empty_is_clear_ = !function_ || function_->attenuation(0, 0) == 0;
   }
 
+  /// The function's colour at a point, if this process has it.
+  std::optional<glm::dvec3> color(const glm::dvec3& point) {
+    if (!share_.voxels.contains(nearest_voxel(point))) return {};
+    const double value = this->value(point);
+    return std::isnan(value) ? glm::dvec3(0) : medium_.transfer->at(value).color;
+  }
+
   /// What each line meets, up to an optical depth or farther.
   std::vector<std::vector<Met>> met(std::span<const Line> lines, double most) {
     std::vector<Met> own;
@@ -130,9 +137,13 @@ class Looks {
 
   /// At a voxel, or at a point of index space.
   template <typename Place>
+  double value(const Place& place) {
+    return medium_.nearest ? density_.at(nearest_voxel(glm::dvec3(place))) : density_.at(place);
+  }
+
+  template <typename Place>
   double attenuation(const Place& place) {
-    const double value =
-        medium_.nearest ? density_.at(nearest_voxel(glm::dvec3(place))) : density_.at(place);
+    const double value = this->value(place);
     if (std::isnan(value)) return 0;  // absent
     if (!function_) return medium_.extinction * value;
     const double slope = gradient_ ? gradient_->at(place) : 0;
@@ -263,6 +274,7 @@ void LightPilot::place_points(double rays) {
   if (!(all > 0)) return;
   coverage_ = all / all_rays;
   double next = apart * uniform(), sum = 0;
+  std::vector<Known> tints;
   for (std::size_t n = 0; n < lines.size(); ++n) {
     sum += weights[n];
     if (!(sum > next)) continue;
@@ -277,6 +289,10 @@ void LightPilot::place_points(double rays) {
         // one of the cell's corners, each as often as its weight: the mean is the interpolation
         const double place = seen.place + double(seen.width) * (uniform() - 0.5);
         const glm::dvec3 point = lines[n].first + place * lines[n].step;
+        if (view_.medium.source == LuminanceSource::transfer) {
+          const std::optional<glm::dvec3> color = looks.color(point);
+          tints.push_back({color.value_or(glm::dvec3(0)), color.has_value()});
+        }
         const double z = uniform(), y = uniform(), x = uniform();
         const Box domain = view_.medium.density->domain();
         voxels_.push_back(glm::clamp(glm::ivec3(glm::floor(point + glm::dvec3(x, y, z))),
@@ -284,6 +300,7 @@ void LightPilot::place_points(double rays) {
       }
     }
   }
+  tints_ = known(tints);
 }
 
 std::vector<glm::dvec3> LightPilot::exact_light(const LitLuminance& luminance) const {
@@ -368,7 +385,8 @@ LightError LightPilot::error(const std::vector<glm::dvec3>& light,
     // own noise.
     glm::dvec3 total(0), squares(0);
     for (std::size_t i = ray.first; i < ray.first + points_per_ray; ++i) {
-      const glm::dvec3 off = light[i] - factor * truth_[i];
+      glm::dvec3 off = light[i] - factor * truth_[i];
+      if (!tints_.empty()) off *= tints_[i];
       total += off;
       squares += off * off;
     }

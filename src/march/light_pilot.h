@@ -77,12 +77,12 @@ class LightPilot {
     double opacity = 0;
     glm::dvec3 direction{0};
   };
-  /// Luminance at a voxel, where this process knows it.
+  /// Luminance at a voxel, or its factor, where this process knows it.
   struct Known {
     glm::dvec3 light{0};
     bool known = false;
   };
-  /// The luminance of all voxels, which the members of a team know together.
+  /// That of all voxels, which the members of a team know together.
   std::vector<glm::dvec3> known(const std::vector<Known>& own) const;
 
   void place_points(double rays);
@@ -98,6 +98,7 @@ class LightPilot {
   std::vector<Ray> rays_;
   double coverage_ = 0;
   std::vector<glm::ivec3> voxels_;  ///< points_per_ray of each ray
+  std::vector<glm::dvec3> tints_;   ///< factor of the light there, if the function gives colours
   std::vector<glm::dvec3> truth_;   ///< luminance there
 };
 

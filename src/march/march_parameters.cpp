@@ -176,7 +176,9 @@ void place_function(const View& view, const RenderOptions& options, MarchSetup& 
   c.split_knots = view.scene.split_knots || c.cell_rule;
   place_transfer(*medium.transfer, setup);
   const std::optional<Ramps> ramps = make_ramps(*medium.transfer);
-  if (ramps && medium.source != LuminanceSource::transfer) place_ramps(*ramps, setup);
+  c.lit_colors = medium.lit_colors;
+  if (ramps && medium.source != LuminanceSource::transfer && !c.lit_colors)
+    place_ramps(*ramps, setup);
   if (c.integrator == Integrator::preintegrated)
     place_preintegration(view, options.may_update_tables, setup);
   if (medium.gradient) place_gradient(*medium.transfer, setup);
@@ -209,8 +211,10 @@ void place_bounds(const View& view, const MediumAtlas& atlas, const RenderOption
     c.cell_nodes = nodes.nodes;
     c.deep_cells = depths.cell > nodes.depth;
     p.piece_depth = nodes.depth;
-    // sums over a cell's nodes are of attenuations times values or luminances
-    const double product = depths.of_value * std::max(depths.greatest, brightest_ray(view.medium));
+    // sums over a cell's nodes are of attenuations times values, luminances, or both
+    const double light = brightest_ray(view.medium);
+    const double both = c.lit_colors ? depths.greatest * light : 0;
+    const double product = depths.of_value * std::max({depths.greatest, light, both});
     c.great_values = product > great_sum;
     // the mean divides it out again; a float has no normal number below 2^-126
     const double unit = std::exp2(std::max(std::floor(std::log2(great_sum / product)), -126.0));

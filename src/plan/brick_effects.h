@@ -70,6 +70,8 @@ class FunctionBends {
   std::vector<double> turns_;         ///< changes of the slope at the knots; first 0
 };
 
+inline double greatest_of(const glm::dvec3& color) { return std::max({color.x, color.y, color.z}); }
+
 inline float greatest_of(const BrickAtlas& grid) {
   float most = 0;
   if (grid.channels == 1)
@@ -87,22 +89,21 @@ class Peak {
     if (atlas.luminance) factor_ = double(greatest_of(*atlas.luminance));
   }
   double at(double min, double max) const {
-    double peak = std::max({medium_.color.x, medium_.color.y, medium_.color.z}) * factor_;
+    double peak = greatest_of(medium_.color) * factor_;
     if (medium_.source == LuminanceSource::density) peak *= max;
-    if (medium_.source == LuminanceSource::transfer) {
-      const glm::dvec3 color = medium_.transfer->max_color(min, max);
-      peak *= std::max({color.x, color.y, color.z});
-    }
-    const glm::dvec3& ambient = medium_.ambient;
-    return peak + std::max({ambient.x, ambient.y, ambient.z});
+    if (has_colors()) peak *= greatest_of(medium_.transfer->max_color(min, max));
+    return peak + greatest_of(medium_.ambient);
   }
 
   bool depends_on_value() const {
-    return medium_.source == LuminanceSource::density ||
-           medium_.source == LuminanceSource::transfer;
+    return medium_.source == LuminanceSource::density || has_colors();
   }
 
  private:
+  bool has_colors() const {
+    return medium_.source == LuminanceSource::transfer || medium_.lit_colors;
+  }
+
   const Medium& medium_;
   double factor_ = 1;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <optional>
 
@@ -53,7 +54,8 @@ constexpr double scarce = 0.25;
 std::vector<double> effects_of_values(const PlannedMarch& planned, const MediumAtlas& atlas) {
   const Medium& medium = planned.view.medium;
   const double scale = medium.extinction * finest_voxel(*medium.density);
-  const double brightness = std::max({medium.color.x, medium.color.y, medium.color.z});
+  double brightness = greatest_of(medium.color);
+  if (medium.lit_colors) brightness *= double(greatest_of(*atlas.luminance));
   std::optional<FunctionBends> bends;
   if (medium.transfer) bends.emplace(*medium.transfer);
   const std::vector<BrickStats>& bricks = atlas.density.bricks;
@@ -65,7 +67,8 @@ std::vector<double> effects_of_values(const PlannedMarch& planned, const MediumA
     if (bends) bend = bends->between(min, max);
     double light = 0;
     if (medium.source == LuminanceSource::density) light = brightness;
-    if (medium.source == LuminanceSource::transfer) light = brightness * bend.color_slope;
+    if (medium.source == LuminanceSource::transfer || medium.lit_colors)
+      light = brightness * bend.color_slope;
     effects.push_back(scale * bend.slope * planned.through[i] +
                       std::min(1.0, scale * bend.most) * light);
   }
@@ -138,8 +141,10 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, b
   if (!plan.reached || plan.rays == 0) return;
   if (!fewest_bytes && !are_worthwhile(plan, view.scene, bytes)) return;
   const std::vector<double> effects = effects_of_values(*plan.march, atlas);
-  const glm::dvec3& color = view.medium.color;
-  const double brightness = std::max({color.x, color.y, color.z, 1e-30});
+  constexpr double any = std::numeric_limits<double>::infinity();
+  double brightness = greatest_of(view.medium.color);
+  if (view.medium.lit_colors) brightness *= greatest_of(view.medium.transfer->max_color(-any, any));
+  brightness = std::max(brightness, 1e-30);
   const double most = bytes * (beside && !fewest_bytes ? worthwhile_in_light : worthwhile);
   const double most_rms = coded_rms * tolerance, most_ray = coded_ray * tolerance;
   double share = tolerance;

@@ -18,8 +18,6 @@ constexpr int most_parts = 128;
 /// Parts along each side in which the brightest emission is looked for.
 constexpr int glow_parts = 8;
 
-double greatest_of(const glm::dvec3& color) { return std::max({color.x, color.y, color.z}); }
-
 /// Pixels of a view whose rays may meet a box of a field's voxels.
 class Footprints {
  public:

@@ -110,11 +110,10 @@ class Quadrature {
       : piece_(piece), accuracy_(accuracy), T_front_(T_front) {
     for (std::size_t k = 0; k < 4; ++k) g_[k + 1] = g_[k] + piece.x[k] / 4;
     for (std::size_t c = 0; c < channels(); ++c) {
-      L_mean_[c] = mean(piece.L[c]);
-      for (std::size_t k = 0; k < 4; ++k) {
-        L_[c][k] = piece.L[c][k] - L_mean_[c];
-        L_max_ = std::max(L_max_, std::abs(L_[c][k]));
-      }
+      if (!piece.tint) L_mean_[c] = mean(piece.L[c]);
+      for (std::size_t k = 0; k < 4; ++k) L_[c][k] = piece.L[c][k] - L_mean_[c];
+      const double tint = piece.tint ? max_magnitude((*piece.tint)[c]) : 1;
+      L_max_ = std::max(L_max_, max_magnitude(L_[c]) * tint);
       for (const Source& source : piece.sources)
         L_max_ = std::max(L_max_, max_magnitude(source.L[c]));
       if (piece.glows) glow_max_ = std::max(glow_max_, max_magnitude(piece.glow[c]));
@@ -136,6 +135,11 @@ class Quadrature {
  private:
   std::size_t channels() const { return std::size_t(piece_.channels); }
 
+  double luminance(std::size_t c, double u) const {
+    const double L = evaluate(L_[c], u);
+    return piece_.tint ? L * evaluate((*piece_.tint)[c], u) : L;
+  }
+
   double optical_depth(double u) const {  // Bernstein form of the quartic, g(0) = 0
     const double w = 1 - u;
     return u * (w * w * (4 * g_[1] * w + 6 * g_[2] * u) + u * u * (4 * g_[3] * w + g_[4] * u));
@@ -148,7 +152,7 @@ class Quadrature {
       const double u = panel.front + length * node[k];
       const double w = weight[k] * std::exp(-optical_depth(u));
       const double S = w * evaluate(piece_.x, u);
-      for (std::size_t c = 0; c < channels(); ++c) radiance[c] += S * evaluate(L_[c], u);
+      for (std::size_t c = 0; c < channels(); ++c) radiance[c] += S * luminance(c, u);
       for (const Source& source : piece_.sources) {
         const double own = w * evaluate(source.x, u);
         for (std::size_t c = 0; c < channels(); ++c) radiance[c] += own * evaluate(source.L[c], u);
@@ -170,10 +174,12 @@ class Quadrature {
     const auto on_panel = [&](const Cubic& c) { return centred(part(c, panel.front, panel.back)); };
     const Powers x = on_panel(piece_.x);
     Powers attenuates = piece_.sources.empty() ? x : Powers{};
-    std::array<Powers, 3> L{}, glow{};
+    std::array<Powers, 3> L{}, glow{}, tint;
+    tint.fill({1});
     for (std::size_t c = 0; c < channels(); ++c) {
       L[c] = on_panel(L_[c]);
       if (glow_max_ > 0) glow[c] = on_panel(piece_.glow[c]);
+      if (piece_.tint) tint[c] = on_panel((*piece_.tint)[c]);
     }
     for (const Source& source : piece_.sources) {
       const Powers own = on_panel(source.x);
@@ -190,7 +196,8 @@ class Quadrature {
       double most = 0;
       for (std::size_t c = 0; c < channels(); ++c)
         most =
-            std::max(most, over_disc(attenuates, R) * over_disc(L[c], R) + over_disc(glow[c], R));
+            std::max(most, over_disc(attenuates, R) * over_disc(L[c], R) * over_disc(tint[c], R) +
+                               over_disc(glow[c], R));
       const double depth = length * over_disc({0, x[0], x[1] / 2, x[2] / 3}, R) +
                            length * x[3] / 4 * (R * R) * (R * R);
       const double off = 2.02 * length * T * std::exp(depth) * most /
@@ -216,7 +223,7 @@ class Quadrature {
     const double middle = 0.5 * (panel.front + panel.back);
     if (middle <= panel.front || middle >= panel.back) {  // opaque between neighbouring doubles
       for (std::size_t c = 0; c < channels(); ++c)
-        sum_.radiance[c] += share * evaluate(L_[c], panel.front);
+        sum_.radiance[c] += share * luminance(c, panel.front);
       sum_.error += share * L_max_ + glow;
       return;
     }
@@ -255,7 +262,7 @@ class Quadrature {
 double Piece::max_luminance() const {
   double largest = 0;
   for (std::size_t c = 0; c < std::size_t(channels); ++c)
-    largest = std::max(largest, max_magnitude(L[c]));
+    largest = std::max(largest, max_magnitude(L[c]) * (tint ? max_magnitude((*tint)[c]) : 1));
   for (const Source& source : sources)
     for (const Cubic& of_channel : source.L) largest = std::max(largest, max_magnitude(of_channel));
   return largest;

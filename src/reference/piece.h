@@ -2,6 +2,7 @@
 
 #include <array>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <vector>
 
 #include "scene/transfer_function.h"
@@ -86,6 +87,7 @@ struct Piece {
   Cubic x{};                 ///< tau * length; its integral is the optical depth
   std::array<Cubic, 3> L{};  ///< luminance, `channels` of them
   int channels = 0;
+  std::optional<std::array<Cubic, 3>> tint{};  ///< a factor of L
   bool glows = false;
   std::array<Cubic, 3> glow{};    ///< emission * length, `channels` of them; read if it glows
   double glow_share = 0;          ///< of the tolerance, for the emission's part

@@ -77,7 +77,7 @@ RayMedium::RayMedium(const Medium& m)
     L_max *= max_magnitude(*medium.luminance);
   else if (medium.source == LuminanceSource::density)
     L_max *= max_magnitude(*medium.density);
-  else if (medium.source == LuminanceSource::transfer)
+  if (medium.source == LuminanceSource::transfer || medium.lit_colors)
     L_max *= max_component(medium.transfer->max_color(-infinity, infinity));
   const double g = std::abs(medium.phase_g);
   L_max *= (1 + g) / ((1 - g) * (1 - g));  // the greatest value of the phase function
@@ -268,6 +268,12 @@ void RayIntegrator::add_stretch(const Stretches& at, double a, double b, RaySum&
       for (int c = 0; c < 3; ++c)
         piece.L[std::size_t(c)] = scaled(p.color[std::size_t(c)], at.color[c]);
       piece.L_error = p.color_error * max_component(glm::abs(at.color));
+    }
+    if (medium.lit_colors) {
+      double L_max = 0;
+      for (const Cubic& L : piece.L) L_max = std::max(L_max, max_magnitude(L));
+      piece.tint = p.color;
+      piece.L_error = p.color_error * L_max;
     }
     piece.x = scaled(p.attenuation, x * u);
     piece.x_error = p.attenuation_error * (x * u);

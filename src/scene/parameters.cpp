@@ -139,8 +139,7 @@ Rows look_rows() {
        &Scene::opacity, any, "none"},
       {"classification", enum_metavar<Classification>(), "", "",
        "apply the function after (post) or before (pre) the interpolation, or to the nearest "
-       "voxel; "
-       "in light, post applies its colours at voxels, as light is",
+       "voxel; its colours in light, too",
        &Scene::classification},
       own_or_scenes({"luminance", "COLOUR", "", "1,1,1; 0,0,0 with --light alone",
                      "luminance of the medium; a grid or a function multiplies it",
@@ -266,9 +265,9 @@ Rows accuracy_rows() {
       march_only(common(
           {"tolerance", "E", "radiance, opacity",
            number_text(default_tolerance) + ", unless --step or another option sets the method",
-           "largest RMS error over R, G, B and A; psivox chooses the method for it. Light is "
-           "computed "
-           "at voxels and interpolated: how it varies between them does not count",
+           "largest RMS error over R, G, B and A; psivox chooses the method for it. What light "
+           "arrives is computed at voxels and interpolated: how it varies between them does not "
+           "count; colours do",
            &Scene::tolerance, above_0, "none"})),
       march_only({"early-termination", "T", "transmittance", "1/16384, or at most --tolerance / 4",
                   "end a ray below this transmittance; 0: never", &Scene::early_termination,
