@@ -205,7 +205,8 @@ TEST(GuardedReading, GivesWhatReadingInPlaceGives) {
 int shared_mappings() {
   std::ifstream maps("/proc/self/maps");
   int count = 0;
-  for (std::string line; std::getline(maps, line);) count += line.find("psivox answer") != line.npos;
+  for (std::string line; std::getline(maps, line);)
+    count += line.find("psivox answer") != line.npos;
   return count;
 }
 
