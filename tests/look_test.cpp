@@ -194,7 +194,8 @@ TEST(Look, ColoursOfAMapAreReachedAndNotExceeded) {
     scene.look = look;
     set_parameter(scene, "colormap", "gray");
     set_parameter(scene, "range", "0,2");
-    set_parameter(scene, "opacity", "0:0,0.4:0,0.5:1");  // where the value is almost 1
+    // where the value is almost 1: colours are those of the value at the point
+    set_parameter(scene, "opacity", "0:0,0.49:0,0.5:1");
     set_parameter(scene, "extinction", "100");
     const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
     const glm::dvec3 all = *opened.looked.scene.luminance + opened.looked.scene.lights.at(0).color;
