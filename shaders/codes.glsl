@@ -39,14 +39,15 @@ CodedCell find_codes(int payload, int3 cell) {
                    uint(cell.z & ((BRICK_CELLS >> wide) - 1)) * width, width);
 }
 
-// The codes at the two ends of a cell along z, in a row's word. If both lie in `high`, `bits` repeats a
+// The codes at the two ends of a cell along z, in a row's word; where `nearest` the first one twice. If both lie in `high`, `bits` repeats a
 // part of it above them. The masks leave that out, because a word has at most 63 bits.
 real2 codes_in(IN(CodedCell) c, uint low, uint high) {
   bool is_high = c.bit >= 32u;
   uint shift = c.bit & 31u;
   uint bits = ((is_high ? high : low) >> shift) | ((high << 1u) << (31u - shift));
   uint mask = (1u << c.width) - 1u;
-  return real2(real(int(bits & mask)), real(int((bits >> c.width) & mask)));
+  real first = real(int(bits & mask));
+  return real2(first, nearest ? first : real(int((bits >> c.width) & mask)));
 }
 
 // A channel's corners, by its code: two numbers of a head.
@@ -64,9 +65,14 @@ struct TwoCorners {
 // Of texel i of each word; `codes` has the offset and the step of one channel and of the other.
 TwoCorners decode_two(IN(CodedCell) c, int i, uint4 codes) {
   uint4 p = fetch_code(c.rows + i);
-  uint4 q = fetch_code(c.rows + i + c.next_y);
-  uint4 r = fetch_code(c.rows + i + c.next_x);
-  uint4 s = fetch_code(c.rows + i + c.next_x + c.next_y);
+  uint4 q = p;
+  uint4 r = p;
+  uint4 s = p;
+  if (!nearest) {
+    q = fetch_code(c.rows + i + c.next_y);
+    r = fetch_code(c.rows + i + c.next_x);
+    s = fetch_code(c.rows + i + c.next_x + c.next_y);
+  }
   return TwoCorners(code_corners(codes.x, codes.y, codes_in(c, p.x, p.y), codes_in(c, q.x, q.y),
                                  codes_in(c, r.x, r.y), codes_in(c, s.x, s.y)),
                     code_corners(codes.z, codes.w, codes_in(c, p.z, p.w), codes_in(c, q.z, q.w),

@@ -28,7 +28,7 @@ DERIVED(bool, vacuum_differs, transfer || beyond)
 // A turn may end inside a cell.
 DERIVED(bool, ends_pieces, cell_rule && !depth_only && (deep_cells || tracks_luminance || has_emission))
 DERIVED(bool, limits_pieces, ends_pieces || other_volumes > 0)
-DERIVED(bool, cuts_pieces, limits_pieces || nearest || (transfer && split_knots))
+DERIVED(bool, cuts_pieces, limits_pieces || (transfer && split_knots))
 
 // Under cells the cubic's coefficients come straight from a cell's corners. Else its values do: a
 // surface must not slip between two cells, and a maximum is a value.

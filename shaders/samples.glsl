@@ -34,6 +34,12 @@ real4 fetch_four(int grid, int i) {
                fetch_texel(grid, i + NEXT_Y + NEXT_Z));
 }
 
+// Whether a grid's value is that of a voxel in its whole cell, of which it is the first corner: the ray
+// runs half a voxel beside the grid, so that a voxel is the middle of its cell.
+bool by_voxel(int grid) {
+  return nearest && (grid == density_grid || grid == gradient_grid || (paired && grid == luminance_grid));
+}
+
 #include "codes.glsl"
 
 // Of a node's cell, given from its brick's first one.
@@ -46,6 +52,9 @@ Corners fetch_corners(int grid, Node node, int3 cell) {
     c = decode_brick(node, cell).x;
   } else if (coded && grid == density_grid) {
     c = decode_brick(node, cell).v;
+  } else if (by_voxel(grid)) {
+    real4 v = real4(fetch_texel(grid, texel_index(node.payload, cell)));
+    c = plain_corners(v, v);
   } else {
     int i = texel_index(node.payload, cell);
     c = plain_corners(fetch_four(grid, i), fetch_four(grid, i + NEXT_X));
@@ -59,18 +68,6 @@ real trilinear(Corners c, real3 u) {
   real y0 = x.x + (x.z - x.x) * u.y;
   real y1 = x.y + (x.w - x.y) * u.y;
   return decoded(c, y0 + (y1 - y0) * u.z);
-}
-
-// Where `nearest`, a place in a cell stands for its nearest corner.
-real3 rounded(real3 u) { return clamp(floor(u + real3(real(0.5))), real3(real(0.0)), real3(real(1.0))); }
-
-// The corner at u, a corner of the unit cube, in place of all: multiplied by 0 and 1 it is exact.
-Corners one_corner(Corners c, real3 u) {
-  real4 x = mix(c.lo, c.hi, u.x);
-  real v = mix(mix(x.x, x.z, u.y), mix(x.y, x.w, u.y), u.z);
-  c.lo = real4(v, v, v, v);
-  c.hi = c.lo;
-  return c;
 }
 
 // The 8 corners of a cell of a brick, by their place along x, y and z: the density, and a luminance of
@@ -103,6 +100,10 @@ Pairs fetch_pairs(Node brick, int3 cell) {
                  real2(b.v.from, b.x.from));
   }
   int i = texel_index(brick.payload, cell);
+  if (nearest) {
+    real4 v = fetch_pair(i);
+    return Pairs(v, v, v, v, v, v, v, v, real2(real(1.0), real(1.0)), real2(real(0.0), real(0.0)));
+  }
   int k = i + NEXT_X;
   return Pairs(fetch_pair(i), fetch_pair(i + NEXT_Z), fetch_pair(i + NEXT_Y),
                fetch_pair(i + NEXT_Y + NEXT_Z), fetch_pair(k), fetch_pair(k + NEXT_Z),
@@ -140,13 +141,6 @@ real4 trilinear_pairs(IN(Pairs) p, real3 u) {
   if (coded)
     return real4(p.from.x, p.from.y, p.from.y, p.from.y) + v * real4(p.scale.x, p.scale.y, p.scale.y, p.scale.y);
   return v;
-}
-
-// The same where all corners are that at u.
-Pairs one_pair(IN(Pairs) p, real3 u) {
-  real4 v = mix(mix(mix(p.v_000, p.v_100, u.x), mix(p.v_010, p.v_110, u.x), u.y),
-                mix(mix(p.v_001, p.v_101, u.x), mix(p.v_011, p.v_111, u.x), u.y), u.z);
-  return Pairs(v, v, v, v, v, v, v, v, p.scale, p.from);
 }
 
 // Coefficient of u.x u.y u.z in the trilinear polynomial.
@@ -274,9 +268,7 @@ real sample_scalar(int grid, Node node, real3 p) {
   int3 cell = local_cell(node, local);
   real v;
   if (node.kind == NODE_CONSTANT) v = fetch_constant(grid, node.payload);
-  else if (hardware_filter) v = filtered_texel(grid, node.payload, local);
-  else if (nearest && grid == density_grid)
-    v = trilinear(fetch_corners(grid, node, cell), rounded(local - real3(cell)));
+  else if (hardware_filter) v = filtered_texel(grid, node.payload, by_voxel(grid) ? real3(cell) : local);
   else v = trilinear(fetch_corners(grid, node, cell), local - real3(cell));
   return v;
 }
@@ -302,7 +294,8 @@ real3 sample_vector(int grid, Node node, real3 p) {
   real3 local = p - real3(first_cell(node));
   real3 v;
   if (node.kind == NODE_CONSTANT) v = fetch_constant3(grid, node.payload);
-  else if (hardware_filter) v = filtered_texel3(grid, node.payload, local);
+  else if (hardware_filter)
+    v = filtered_texel3(grid, node.payload, by_voxel(grid) ? real3(local_cell(local)) : local);
   else v = trilinear_texels(grid, node.payload, local);
   return v;
 }

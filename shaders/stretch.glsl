@@ -84,28 +84,11 @@ Stretch find_stretch(INOUT(March) m, Node node, Ray ray) {
   return s;
 }
 
-// Where the ray, from m.t on, leaves the part of its cell that is nearest to one corner.
-real nearest_end(IN(March) m, Ray ray, real t_exit) {
-  real3 middle = real3(m.cell) + real3(real(0.5));
-  real3 t = (middle - ray.anchor) * ray.inverse;
-  real ahead = m.t + abs(m.t) * t_epsilon + t_epsilon;
-  real x = t.x > ahead ? t.x : NEVER;
-  real y = t.y > ahead ? t.y : NEVER;
-  real z = t.z > ahead ? t.z : NEVER;
-  return piece_end(m, min(x, min(y, z)), t_exit);
-}
-
 // The density along a cell of a brick.
 void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
-  if (nearest) {
-    s.t_end = nearest_end(m, ray, s.t_exit);
-    s.extent = s.t_end - m.t;
-  }
   real t_half = m.t + real(0.5) * s.extent;
-  real3 corner = rounded(position(ray, t_half) - real3(m.cell));
   if (beside_density) {
     read_pairs(m, node, m.cell);
-    if (nearest) m.pairs = one_pair(m.pairs, corner);
     if (!cell_rule) m.front.L = paired_luminance(m, m.t);
     m.paired_front = true;
   }
@@ -119,7 +102,6 @@ void sample_stretch(INOUT(Stretch) s, INOUT(March) m, Node node, Ray ray) {
   Corners corners;
   if (beside_density) corners = densities(m.pairs);
   else corners = fetch_corners(density_grid, node, in_brick(m.cell));
-  if (nearest) corners = one_corner(corners, corner);
   real3 base = real3(m.cell);
   if (transfer && split_knots) s.noise = real(8.0) * t_epsilon * greatest_magnitude(corners);
   if (from_corners) {

@@ -178,7 +178,6 @@ real sample_brick(INOUT(March) m, Node brick, Ray ray, real t, bool luminous) {
   if (!beside_density || !luminous) return sample_scalar(density_grid, brick, p);
   read_pairs(m, brick, first_cell(brick) + local_cell(brick, p - real3(first_cell(brick))));
   if (hardware_filter) return sample_scalar(density_grid, brick, p);
-  if (nearest) m.pairs = one_pair(m.pairs, rounded(p - m.pairs_at));
   return trilinear(densities(m.pairs), p - m.pairs_at);
 }
 

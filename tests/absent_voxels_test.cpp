@@ -184,7 +184,15 @@ TEST_F(AbsentVoxels, LabelsAreAllSeenAndNeverBetween) {
   Scene scene = scene_by({{"colormap", "labels"}, {"classification", "nearest"}});
   scene.early_termination = 0;
   for (const auto& more : std::vector<std::vector<Setting>>{
-           {}, {{"light", "1,-1,-1"}}, {{"integrator", "cell-exact"}}, {{"mode", "mip"}}}) {
+           {},
+           {{"light", "1,-1,-1"}},
+           {{"light", "1,-1,-1"}, {"texel", "code7"}},
+           {{"light", "1,-1,-1"}, {"classification", "nearest"}, {"opacity", "0:0,1:1"}},
+           {{"integrator", "cell-exact"}},
+           {{"texel", "code12"}},
+           {{"clip", "0,0,0,20.3,15,30"}},
+           {{"mode", "mean"}},
+           {{"mode", "mip"}}}) {
     Scene own = scene;
     for (const Setting& setting : more) set_parameter(own, setting.name, setting.text);
     SCOPED_TRACE(to_json(own));
@@ -194,6 +202,28 @@ TEST_F(AbsentVoxels, LabelsAreAllSeenAndNeverBetween) {
     EXPECT_LE(difference("GPU and reference", gpu, exact).rms, own.lit() ? 1e-3 : 2e-5);
     const float* organ_alone = gpu.rgba().data() + 4 * (20 * 40 + 12);
     EXPECT_GT(organ_alone[3], 0.5);
+  }
+}
+
+/// Voxels up to the border of an array are whole, of values below 0 too, beside which nothing is
+/// known: a ray through the middle meets as many voxels as there are.
+TEST_F(AbsentVoxels, TheLastVoxelsOfLabelsAreWhole) {
+  for (const float left : {3.0F, -3.0F}) {
+    const auto file = array_of([&](const glm::dvec3& p) { return p.x < 0 ? left : 2; });
+    Scene scene = scene_by({{"classification", "nearest"},
+                            {"range", "-4,4"},
+                            {"opacity", "0:1,0.45:1,0.5:0,0.55:1,1:1"},
+                            {"fill-value", "none"},
+                            {"extinction", "0.25"},
+                            {"mode", "xray"},
+                            {"projection", "orthographic"},
+                            {"azimuth", "90"},
+                            {"luminance", "white"}});
+    Session session(make_view(scene, *file));
+    const Image gpu = session.draw(*Gpu::renderer()).image;
+    const Image exact = session.draw(*open_reference()).image;
+    EXPECT_LE(difference("GPU and reference", gpu, exact).rms, 2e-5);
+    EXPECT_NEAR(exact.rgba()[4 * (20 * 40 + 20)], 0.25 * voxels_across, 1e-5);
   }
 }
 

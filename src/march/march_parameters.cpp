@@ -67,10 +67,13 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
   const Medium& medium = view.medium;
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
   const PerGrid<const Field*> fields = fields_of(medium);
+  setup.constants.nearest = medium.nearest && view.scene.resolved_sampling() != Sampling::template_;
   const auto place = [&](std::size_t id, glsl::Grid& numbers, int& levels, int& channels) {
     if (!grids[id] || !fields[id]) return;
     const double unit = setup.parameters.world_unit;
-    const RayBundle bundle = make_ray_bundle(view.camera, *fields[id], *medium.density);
+    RayBundle bundle = make_ray_bundle(view.camera, *fields[id], *medium.density);
+    const bool shifted = id == density_grid || (id == luminance_grid && medium.lit);
+    if (setup.constants.nearest && shifted) bundle.anchor_0 += 0.5;  // voxels are cells
     numbers = grid_numbers(bundle, *grids[id], unit);
     if (id >= emission_grid) numbers.scale = medium.emission[id - emission_grid].scale * unit;
     levels = grids[id]->pages.levels;
@@ -81,7 +84,6 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
 #include "grids.glsl"
 #undef GRID
   setup.constants.absent_voxels = atlas.density.absent;
-  setup.constants.nearest = medium.nearest;
   setup.constants.coded = atlas.density.codes != nullptr;
   setup.constants.one_width = one_width(atlas);
   setup.constants.code_unit = atlas.density.code_unit;

@@ -99,19 +99,21 @@ void place_others(const View& view, const MediumAtlas& atlas, MarchSetup& setup)
     entries.push_back(high);
     entries.emplace_back(numbers - glm::dvec4(high));
   };
+  // where its voxels are cells, the density's ray runs half a voxel beside it
+  const glm::dvec3 from = glm::dvec3(setup.origin) - (setup.constants.nearest ? 0.5 : 0.0);
   bool shine = false;
   for (const PlacedOther& placed : atlas.placed_in(medium)) {
     const Medium& other = medium.others[placed.volume];
     const Emission* const emission = placed.emits ? &other.emission[*placed.emits] : nullptr;
     const Field& field = emission ? *emission->field : *other.density;
     const glm::ivec3 origin = make_ray_bundle(view.camera, field, *medium.density).origin;
-    const auto moved = [](const glm::ivec3& by) {
+    const auto moved = [](const glm::dvec3& by) {
       glm::dmat4 m(1);
       m[3] = glm::dvec4(by, 1);
       return m;
     };
     const glm::dmat4 rows = glm::transpose(moved(-origin) * glm::inverse(field.world_from_index) *
-                                           medium.density->world_from_index * moved(setup.origin));
+                                           medium.density->world_from_index * moved(from));
     for (int axis = 0; axis < 3; ++axis) add_exact(rows[axis]);
     entries.emplace_back(placed.table_min - origin, placed.levels);
     entries.emplace_back(placed.table_size, placed.first_page);

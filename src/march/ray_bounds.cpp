@@ -20,7 +20,6 @@ double cell_turns(const MarchSetup& setup, double cells) {
   const MarchConstants& c = setup.constants;
   // A cell is cut where the value turns and where it crosses a knot, at most thrice each.
   double pieces = c.split_knots ? 3 + 3.0 * p.transfer_knots : 1;
-  if (c.nearest) cells *= 4;  // three planes through its middle
   if (!c.cell_rule) return pieces * cells;
   // It is cut at other grids' faces, too.
   const auto add = [&](const glm::ivec3& extent) { cells += extent.x + extent.y + extent.z + 3; };

@@ -124,6 +124,11 @@ void set_density(const Scene& scene, const std::shared_ptr<const Field>& density
                  const std::shared_ptr<const TransferFunction>& function, Medium& medium) {
   medium.density = density;
   medium.nearest = scene.classification == Classification::nearest && !scene.shows(Shows::surface);
+  if (medium.nearest && density->margin == 0) {  // the last voxels are cells, too
+    auto whole = std::make_shared<Field>(*density);
+    whole->active_box.max += 1;
+    medium.density = std::move(whole);
+  }
   if (scene.shows(Shows::surface)) {
     medium.surfaces = surfaces_of(scene, *density, function.get());
   } else if (function && function->has_gradient()) {

@@ -54,14 +54,17 @@ bool depth_alone(const Medium& medium) {
 
 double cell_cost(const Medium& medium, bool paired) {
   // the function's knots cut cells into pieces; one look-up may read the luminance too
-  if (medium.transfer) return paired ? 3.5 : 1.6;
+  if (medium.transfer) return paired ? 2.4 : 1.6;
   if (!medium.emission.empty()) return 1.3;
   return depth_alone(medium) ? 1.15 : 1;
 }
 
 /// Cost of a lit function's cell that is not cut at its knots: with one linear segment, and for
 /// each further one.
-constexpr double lit_segment_cost = 1.9, next_segment_cost = 0.45;
+constexpr double lit_segment_cost = 1.5, next_segment_cost = 0.65;
+
+/// Of a cell that is one voxel: one texel is read, and one value classified.
+constexpr double plain_voxel_cost = 0.75;
 
 /// End corrections always look up slopes, needed or not.
 constexpr double corrections_cost = 1.3;
@@ -167,7 +170,13 @@ View with_method(View view, const Method& method) {
   return view;
 }
 
+bool has_plain_voxels(const Medium& medium) {
+  return medium.nearest && medium.emission.empty() && medium.others.empty() &&
+         (!medium.luminance || medium.lit);
+}
+
 Method exact_method(const View& view) {
+  if (has_plain_voxels(view.medium)) return {.integrator = Integrator::midpoint, .segments = 1};
   // with a gradient the attenuation along a cell is not a cubic
   if (view.medium.gradient)
     return {.integrator = Integrator::psi_exact, .segments = gradient_segments};
@@ -187,6 +196,7 @@ Method lattice(const View& view, double step) {
 double look_up_cost(const Method& method, const MethodView& marched) {
   if (method.sampling == Sampling::uniform) return lattice_cost(method, marched);
   const Scene& scene = marched.view.scene;
+  if (has_plain_voxels(marched.view.medium)) return plain_voxel_cost;
   if (marched.paired && marched.view.medium.transfer && !is_cell_rule(method.integrator) &&
       !scene.split_knots)
     return lit_segment_cost + next_segment_cost * (method.segments - 1);

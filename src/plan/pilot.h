@@ -21,6 +21,9 @@ View with_method(View view, const Method& method);
 /// The method with the least error, whatever its cost.
 Method exact_method(const View& view);
 
+/// Whether the medium of a voxel is homogeneous, so that a homogeneous step through it is exact.
+bool has_plain_voxels(const Medium& medium);
+
 /// Uniform steps by the rule with which lattices are first tried: psi-balanced, or midpoint where
 /// something emits, of which other rules look up two values a step.
 Method lattice(const View& view, double step);

@@ -152,7 +152,8 @@ MarchPlan plan_march(const View& view, const MediumAtlas& atlas, const Progress&
   const double exact_samples = best.samples;
   if (view.medium.gradient) try_segments(trials, best);
   try_lattices(trials, best);
-  if (view.medium.transfer && atlas.paired) try_lit_segments(trials, exact_samples, best);
+  if (view.medium.transfer && atlas.paired && !has_plain_voxels(view.medium))
+    try_lit_segments(trials, exact_samples, best);
   return plan_of(trials, best, best.accepted);
 }
 

@@ -36,7 +36,7 @@ double nearest_to_middle(const Field& field, const WorldRay& ray) {
 }
 
 IndexRay make_index_ray(const Field& field, const WorldRay& ray, double t_middle, double t0,
-                        double t1) {
+                        double t1, bool nearest) {
   IndexRay r;
   if (field.active_box.empty()) return r;
   const Box domain = field.domain();
@@ -48,6 +48,7 @@ IndexRay make_index_ray(const Field& field, const WorldRay& ray, double t_middle
   const WideVec origin = (WideVec(ray.origin) - translation) - world_from_index * WideVec(r.anchor);
   const WideVec direction(ray.direction);
   r.P = glm::dvec3(index_from_world * (origin + Wide(t_middle) * direction));
+  if (nearest) r.P += 0.5;
   r.D = glm::dvec3(index_from_world * direction);
 
   r.s_begin = t0 - t_middle;
@@ -154,9 +155,7 @@ GridWalk::GridWalk(BlockCache& cache, const IndexRay& ray, bool nearest)
       ray_(ray),
       nearest_(nearest),
       begin_(-infinity),
-      end_(ray.hits() ? ray.s_begin : infinity) {
-  if (nearest) ray_.P += 0.5;
-}
+      end_(ray.hits() ? ray.s_begin : infinity) {}
 
 void GridWalk::next() {
   if (steps_[0])

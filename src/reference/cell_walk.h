@@ -40,9 +40,10 @@ struct IndexRay {
 /// The t at which the ray is nearest to the middle of the field's domain; not behind its origin.
 double nearest_to_middle(const Field& field, const WorldRay& ray);
 
-/// The part t0 <= t <= t1 of the ray in the field's index space, clipped to its domain.
+/// The part t0 <= t <= t1 of the ray in the field's index space, clipped to its domain. `nearest`:
+/// half a voxel beside it, where the nearest voxel is the first corner of a ray's cell.
 IndexRay make_index_ray(const Field& field, const WorldRay& ray, double t_middle, double t0,
-                        double t1);
+                        double t1, bool nearest = false);
 
 /// The cubes of `width` cells, aligned to multiples of width, that a ray crosses from s0 to s1, in
 /// order. [begin, end] is the segment in cube `key` (its smallest cell / width). A ray in a face
@@ -112,8 +113,8 @@ class BlockCache {
 /// the domain, in a cell, in a whole cube of zeros, behind the domain.
 class GridWalk {
  public:
-  /// `cache` must outlive it. `nearest`: the field is that of the nearest voxels, which are the
-  /// cells of a lattice half a voxel away.
+  /// `cache` must outlive it. `nearest`: the field is that of the nearest voxels, and the ray was
+  /// made for that.
   GridWalk(BlockCache& cache, const IndexRay& ray, bool nearest = false);
   GridWalk(const GridWalk&) = delete;
   GridWalk& operator=(const GridWalk&) = delete;

@@ -19,7 +19,9 @@ class DensityWalk {
   DensityWalk(const RayMedium& medium, BlockCache& cache, const WorldRay& ray,
               const glm::dvec2& part)
       : t_middle(nearest_to_middle(*medium.medium.density, ray)),
-        grid(cache, make_index_ray(*medium.medium.density, ray, t_middle, part.x, part.y),
+        grid(cache,
+             make_index_ray(*medium.medium.density, ray, t_middle, part.x, part.y,
+                            medium.medium.nearest),
              medium.medium.nearest) {
     next();
   }

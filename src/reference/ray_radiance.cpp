@@ -158,11 +158,13 @@ void RayIntegrator::begin(const WorldRay& ray, double t_middle, double t0, doubl
                           Stretches& at) {
   const Medium& medium = medium_->medium;
   if (!color_at_end_) at.color = medium.color * phase_factor(medium, ray.direction);
-  const auto in = [&](const Field& field) { return make_index_ray(field, ray, t_middle, t0, t1); };
-  at.density.emplace(density_cache_, in(*medium.density), medium.nearest);
-  if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
-  if (medium_->luminance)
-    at.luminance.emplace(*luminance_cache_, in(*medium.luminance), medium.nearest && medium.lit);
+  const auto in = [&](const Field& field, bool nearest = false) {
+    return make_index_ray(field, ray, t_middle, t0, t1, nearest);
+  };
+  at.density.emplace(density_cache_, in(*medium.density, medium.nearest), medium.nearest);
+  if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray(), medium.nearest);
+  if (const bool nearest = medium.nearest && medium.lit; medium_->luminance)
+    at.luminance.emplace(*luminance_cache_, in(*medium.luminance, nearest), nearest);
   for (std::size_t i = 0; i < emission_caches_.size(); ++i)
     at.emission.emplace_back(emission_caches_[i], in(*medium.emission[i].field));
   for (RayIntegrator& other : others_) {
@@ -316,9 +318,10 @@ RayRadiance RayIntegrator::whole_depth(const WorldRay& ray, double t0, double t1
   const Medium& medium = medium_->medium;
   const double t_middle = nearest_to_middle(*medium.density, ray);
   Stretches at;
-  at.density.emplace(density_cache_, make_index_ray(*medium.density, ray, t_middle, t0, t1),
+  at.density.emplace(density_cache_,
+                     make_index_ray(*medium.density, ray, t_middle, t0, t1, medium.nearest),
                      medium.nearest);
-  if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray());
+  if (medium_->gradient) at.gradient.emplace(*gradient_cache_, at.density->ray(), medium.nearest);
   RayRadiance result;
   double sum = 0, error = 0;
   std::uint64_t terms = 0;
