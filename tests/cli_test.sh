@@ -666,6 +666,20 @@ awk 'BEGIN {
 advised "of -32768 values taken as no data; --fill-value none" "--fill-value none" ball.nrrd -o a.png
 advised "chosen by auto; --isovalue 300 shows bone" "--isovalue 300" ball.nrrd -o a.png --mode isosurface
 advised "Z is up (an NRRD scan of the space RAS); --up-axis y" "--up-axis y" ball.nrrd -o a.png
+t 0 - render "$S" -o a.exr $r --export-camera away.gltf --camera-position 0,0,8 --camera-target 0,0,40
+advised ", or give --camera-target" \
+  '--camera-target "$(sed -n "s/.*--camera-target \([-0-9.e,+]*\).*/\1/p" printed.txt)"' \
+  "$S" -o a.exr --camera away.gltf
+t 0 "attenuates or glows; leave out the camera's options to see what is there" render "$S" -o a.exr $r --look plain \
+  --zoom 30 --camera-target 1.2,1.7,1.1
+t 0 "over the limit of 1.00 MiB for grids; raise --memory-limit or leave light out" render "$S" -o a.exr $r \
+  --memory-limit 1M
+! "$program" render "$S" -o a.exr $r --memory-limit 100M 2>&1 | grep -qF "has no light" ||
+  fail "a larger --memory-limit leaves light out"
+if [ -d "$edge" ]; then
+  advised "leaves the shell out" '--clip "$(sed -n "s/.*--clip \([-0-9.e,+]*\) leaves.*/\1/p" printed.txt)"' \
+    "$edge/nan_and_negatives.vdb" -o a.exr --opacity 0:1,1:1
+fi
 without ", or give --camera-target" "$S" -o a.exr --camera-position 0,0,300 --camera-target 0,0,400
 t 0 "it is narrower than a pixel" render "$S" -o a.exr $r --zoom 1e-6
 t 0 "the picture is empty: the camera looks past the volume" render "$S" -o a.exr $r \

@@ -174,6 +174,7 @@ void expect_background_as(typename GridT::ValueType background, double given) {
               file.read("density", {.strict = true});
             }).find("--background-value 0 leaves the outside empty"),
             std::string::npos);
+  EXPECT_NO_THROW(file.read("density", {.strict = true, .background = 0}));
   if (given == 0)
     for (const GridRole role : {GridRole::attenuation, GridRole::luminance, GridRole::data}) {
       const Field chosen = file.read("density", {.role = role});

@@ -239,11 +239,10 @@ std::string why_alike(const Scene& scene, const Seen& seen, const Backdrop& behi
 std::string why_lost(const View& view) {
   const glm::dvec2 values = stored_range(*view.medium.density);
   const double greatest = std::max(-values.x, values.y);
-  constexpr double least_kept = 1e-35, most_kept = 1e37;
-  if (greatest == 0 || (greatest >= least_kept && greatest <= most_kept)) return {};
+  constexpr double least_kept = 1e-35;
+  if (greatest == 0 || greatest >= least_kept) return {};
   return "the values of " + grid_text(view) +
-         (greatest > 1 ? ", are too large for float32; --range MIN,MAX draws those that matter"
-                       : ", are too small for float32; store the grid in another unit");
+         ", are too small for float32; store the grid in another unit";
 }
 
 namespace {
@@ -273,6 +272,15 @@ std::string nearly_empty(const View& view, std::size_t different, std::size_t pi
          why;
 }
 
+/// What was asked for that may keep all of the volume out of the picture; empty if nothing was.
+std::string what_hides(const Scene& scene) {
+  if (scene.clip || scene.clip_plane) return scene.clip ? "--clip" : "--clip-plane";
+  if (!scene.holdout.empty()) return "--holdout";
+  for (const char* name : {"camera-position", "camera-target", "zoom"})
+    if (scene.given.contains(name)) return "the camera's options";
+  return {};
+}
+
 }  // namespace
 
 std::string blank_reason(const View& view, const Image& image) {
@@ -295,14 +303,11 @@ std::string blank_reason(const View& view, const Image& image) {
   if (why.empty() && seen.light > 0)
     why = "its brightest light is " + formatted("%.2g", seen.light) + "; --exposure auto shows it";
   if (why.empty()) why = why_dark(view);
-  if (why.empty())
-    why = std::string("no ray meets anything that attenuates or glows") +
-          (view.scene.clip || view.scene.clip_plane ? " within the clip" : "") +
-          (view.scene.holdout.empty() ? "" : " in front of the holdout") +
-          (view.scene.given.contains("mode")   ? ""
-           : view.scene.given.contains("look") ? "; --mode mip shows where the values are"
-                                               : "; --look plain --mode mip shows where the values "
-                                                 "are");
+  if (why.empty()) {
+    const std::string hides = what_hides(view.scene);
+    why = "no ray meets anything that attenuates or glows" +
+          (hides.empty() ? "" : "; leave out " + hides + " to see what is there");
+  }
   return (empty ? "the picture is empty: " : "the picture is black: ") + why;
 }
 
