@@ -1,17 +1,18 @@
 #!/usr/bin/env python3
 """Races psivox and a NanoVDB loop on a GPU: time against error, scene by scene.
 
-    tools/bench/compare_gpu.py [--scenes A,B,smoke,cloud] [--size 1024]
+    tools/bench/compare_gpu.py [--scenes A,B,smoke,cloud] [--size 1024] [--repeats 7]
 
 Draws the scenes of compare_peers.py by a study, which takes the GPU's own times, and by
 nanovdb_march.cu at steps of 8 to 1/32 voxels. For each scene it prints the GPU's time at RMS 1e-2
 to 1e-5, interpolated between the steps in logarithms. The volumes that the loop marches are written
 by `nanovdb_march FILE.vdb FILE.nvdb`; what is missing and can be built here is built, so that a
-machine with the GPU alone needs build/peers of another one."""
+machine with the GPU alone needs build/peers of another one. Without nvcc psivox is drawn alone."""
 
 import argparse
 import csv
 import json
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -23,8 +24,11 @@ RULES = "midpoint,porter-duff,psi-balanced,cell-exact"
 
 
 def build_cuda(bench):
-    """The loop on CUDA, built if it is not there and nvcc is."""
+    """The loop on CUDA, built if it is not there; None without nvcc."""
     program, library = bench.out / "nanovdb_march_cuda", bench.psivox.parents[1] / "src"
+    if not program.exists() and not shutil.which("nvcc"):
+        say("skipped: the loop: no nvcc")
+        return None
     if not program.exists():
         run(["nvcc", "-std=c++20", "-O3", "-DNDEBUG", "--use_fast_math", "-arch=native",
              f"-I{ROOT}/include", f"-I{ROOT}/src", ROOT / "tools/bench/nanovdb_march.cu", "-o",
@@ -36,7 +40,8 @@ def psivox_rows(bench, scene, folder):
     """Rows of the study: method, step or tolerance, RMS of radiance, the GPU's ms."""
     command = [bench.psivox, "study", *bench.scene_options(scene), "-o", folder, "--no-split",
                "--integrators", RULES, "--segments", 1, "--steps", ",".join(map(str, STEPS)),
-               "--tolerances", ",".join(map(str, TARGETS)), "--repeats", 7]
+               "--tolerances", ",".join(map(str, TARGETS)), "--repeats", bench.options.repeats]
+    shutil.rmtree(folder, ignore_errors=True)
     subprocess.run([str(word) for word in command], check=True)
     rows = []
     for row in csv.DictReader((folder / "results.csv").open()):
@@ -52,6 +57,9 @@ def psivox_rows(bench, scene, folder):
 def nanovdb_rows(bench, program, scene, reference):
     grid = (bench.out / scene["file"]).with_suffix(".nvdb")
     if not grid.exists():
+        if not (bench.out / "nanovdb_march").exists():
+            say(f"skipped: the loop: no {grid}; compare_peers.py builds what writes it")
+            return []
         run([bench.out / "nanovdb_march", bench.file(scene), grid])
     rows = []
     for step in STEPS + FINE_STEPS:
@@ -71,6 +79,7 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scenes", default="A,B,smoke,cloud")
     parser.add_argument("--size", type=int, default=1024, help="pixels on a side")
+    parser.add_argument("--repeats", type=int, default=7, help="draws of which the median counts")
     parser.add_argument("--psivox", type=Path, default=ROOT / "build/release/bin/psivox")
     parser.add_argument("--data", type=Path, default=ROOT.parent / "shared/data")
     parser.add_argument("--out", type=Path, default=ROOT / "build/peers")
@@ -83,7 +92,8 @@ def main():
         folder = options.out / f"gpu-{name}"
         say(f"scene {name}")
         own = psivox_rows(bench, SCENES[name], folder)
-        own += nanovdb_rows(bench, program, SCENES[name], folder / "reference.exr")
+        if program:
+            own += nanovdb_rows(bench, program, SCENES[name], folder / "reference.exr")
         rows += [{"scene": name, **row} for row in own]
         compare_peers.print_table(name, own, "march_gpu_ms", digits=2)
         sys.stdout.flush()

@@ -40,6 +40,7 @@ FINE_STEPS = [0.0625, 0.03125]  # for the peer only: psivox has cells there
 
 SMOKE = {"file": "smoke.vdb", "position": "35,75,125", "target": "-8,40,0", "fov": "45"}
 CLOUD = {"file": "cloud_tiles.vdb", "position": "350,300,700", "target": "-11,71,-45", "fov": "40"}
+FLAME = {"file": "heptane.vdb", "position": "470,345,760", "target": "150,150,150", "fov": "32"}
 FOG = {"file": "scene.vdb", "position": "1.8,1.3,2.6", "target": "0,0,0", "fov": "35"}
 # Luminance is `from` at density 0 and `to` at density 1, linear between.
 SCENES = {
@@ -48,6 +49,7 @@ SCENES = {
     "smoke": {**SMOKE, "extinction": 0.28, "from": "0,0,0", "to": "1,0.6,0.2"},
     "smoke dense": {**SMOKE, "extinction": 2.8, "from": "0,0,0", "to": "1,0.6,0.2"},
     "cloud": {**CLOUD, "extinction": 0.028, "from": "0,0,0", "to": "1,0.6,0.2"},
+    "heptane": {**FLAME, "extinction": 0.15, "from": "0,0,0", "to": "1,0.6,0.2"},
     "cloud dense": {**CLOUD, "extinction": 0.28, "from": "0,0,0", "to": "1,0.6,0.2"},
 }
 
