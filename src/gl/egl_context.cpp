@@ -99,19 +99,6 @@ void GLAPIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei
   static_cast<std::vector<std::string>*>(const_cast<void*>(user))->emplace_back(text);
 }
 
-/// Where the system has no driver of EGL, a bundle's own software renderer stands in: the folder
-/// `mesa` beside libpsivox (tools/make-bundle.sh).
-void find_bundled_driver() {
-  namespace fs = std::filesystem;
-  std::error_code none;
-  for (const char* drivers : {"/etc/glvnd/egl_vendor.d", "/usr/share/glvnd/egl_vendor.d"})
-    if (fs::directory_iterator(drivers, none) != fs::directory_iterator()) return;
-  const fs::path mesa = library_folder() / "mesa";
-  if (!fs::is_directory(mesa, none)) return;
-  setenv("__EGL_VENDOR_LIBRARY_DIRS", mesa.c_str(), 0);
-  setenv("LIBGL_DRIVERS_PATH", (mesa / "dri").c_str(), 0);
-}
-
 /// Mesa's loader reports drivers that it does not find on stderr; they are only candidates.
 void prepare_loader() {
   setenv("EGL_LOG_LEVEL", "fatal", 0);
@@ -135,6 +122,17 @@ EGLContext create_context(EGLDisplay display, EGLConfig config, bool debug, bool
 std::string text_of(GLenum name) { return reinterpret_cast<const char*>(glGetString(name)); }
 
 }  // namespace
+
+void find_bundled_driver() {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  for (const char* drivers : {"/etc/glvnd/egl_vendor.d", "/usr/share/glvnd/egl_vendor.d"})
+    if (fs::directory_iterator(drivers, none) != fs::directory_iterator()) return;
+  const fs::path mesa = library_folder() / "mesa";
+  if (!fs::is_directory(mesa, none)) return;
+  setenv("__EGL_VENDOR_LIBRARY_DIRS", mesa.c_str(), 0);
+  setenv("LIBGL_DRIVERS_PATH", (mesa / "dri").c_str(), 0);
+}
 
 void collect_faults(std::vector<std::string>& faults) {
   glEnable(GL_DEBUG_OUTPUT);
