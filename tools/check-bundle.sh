@@ -3,12 +3,27 @@
 # In a clean root of each Debian (bookworm, trixie, forky, ...), without a package added and not as
 # root, it unpacks the .run and draws, studies, makes a page, and opens the window on a display of
 # this machine. Needs root, mmdebstrap and Xvfb. PSIVOX_ROOTS: as for tools/check-debian.sh.
+# The suite `empty` is a root of glibc alone, in which the folder draws; it needs root.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 fail() {
   printf 'check-bundle.sh: %s\n' "$1" >&2
   exit 1
 }
+if [[ ${1-} == empty ]]; then
+  root=$(mktemp -d)
+  trap 'rm -rf "$root"' EXIT
+  mkdir -p "$root"/{lib64,lib/x86_64-linux-gnu,proc,tmp}
+  cp -L /lib64/ld-linux-x86-64.so.2 "$root/lib64/"
+  cp -L /lib/x86_64-linux-gnu/lib{c,m,dl,rt,pthread}.so.? "$root/lib/x86_64-linux-gnu/"
+  cp -a build/bundle/psivox-*/ "$root/psivox"
+  cp assets/blobs.vdb "$root/tmp/"
+  unshare -m bash -euo pipefail -c 'mount --bind /proc "$1/proc"
+    env -i /usr/sbin/chroot "$1" /psivox/psivox render /tmp/blobs.vdb -o /tmp/x.png --resolution 64x64
+    env -i /usr/sbin/chroot "$1" /psivox/psivox --version' - "$root"
+  [[ -s $root/tmp/x.png ]] && echo "the bundle draws in a root of glibc alone"
+  exit
+fi
 runs=(build/bundle/*.run)
 [[ -e ${runs[0]} ]] || fail "no build/bundle/*.run; tools/make-bundle.sh makes it"
 [[ $# -gt 0 ]] || fail "usage: tools/check-bundle.sh SUITE..."
