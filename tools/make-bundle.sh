@@ -94,12 +94,13 @@ cp LICENSE "$root/LICENSE"
     "DocumentName: $name" "DocumentNamespace: urn:psivox:$name" "Creator: Tool: make-bundle.sh" \
     "Created: $(date -u +%FT%TZ)" "" "PackageName: psivox" "SPDXID: SPDXRef-psivox" \
     "PackageVersion: $version" "PackageDownloadLocation: NOASSERTION" \
-    "PackageLicenseDeclared: Apache-2.0"
+    "PackageLicenseDeclared: Apache-2.0" \
+    "FilesAnalyzed: false" "Relationship: SPDXRef-DOCUMENT DESCRIBES SPDXRef-psivox"
   while read -r package; do
     of=$(dpkg-query -W -f='${Version}' "$package:amd64" 2>/dev/null || dpkg-query -W -f='${Version}' "$package")
     printf '%s\n' "" "PackageName: $package" "SPDXID: SPDXRef-${package//+/-plus}" \
       "PackageVersion: $of" "PackageDownloadLocation: NOASSERTION" \
-      "ExternalRef: PACKAGE-MANAGER purl pkg:deb/debian/$package@$of?distro=debian-12" \
+      "FilesAnalyzed: false" "ExternalRef: PACKAGE-MANAGER purl pkg:deb/debian/$package@$of?distro=debian-12" \
       "Relationship: SPDXRef-psivox CONTAINS SPDXRef-${package//+/-plus}"
   done <"$out/packages"
 } >"$out/$name.spdx"
