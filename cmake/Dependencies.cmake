@@ -1,12 +1,16 @@
 # psivox_option(NAME FOUND NEEDS WHAT): an option that is ON if what it needs was found; a row of the
-# table at the end. NEEDS names Debian's packages.
+# table at the end. NEEDS names Debian's packages. Only what a user sets is kept in the cache, so that
+# a package that is installed later turns its option ON.
 function(psivox_option name found needs what)
   if(found)
     set(found ON)
   else()
     set(found OFF)
   endif()
-  option(${name} "${what}" ${found})
+  if(NOT DEFINED ${name})
+    set(${name} ${found})
+    set(${name} ${found} PARENT_SCOPE)
+  endif()
   set(state "${${name}}")
   if(state AND NOT found)
     message(FATAL_ERROR "${name} needs what Debian names ${needs}; -D${name}=OFF does without")
