@@ -1,24 +1,60 @@
+# psivox_option(NAME FOUND NEEDS WHAT): an option that is ON if what it needs was found; a row of the
+# table at the end. NEEDS names Debian's packages. Only what a user sets is kept in the cache, so that
+# a package that is installed later turns its option ON.
+function(psivox_option name found needs what)
+  if(found)
+    set(found ON)
+  else()
+    set(found OFF)
+  endif()
+  if(NOT DEFINED ${name})
+    set(${name} ${found})
+    set(${name} ${found} PARENT_SCOPE)
+  endif()
+  set(state "${${name}}")
+  if(state AND NOT found)
+    message(FATAL_ERROR "${name} needs what Debian names ${needs}; -D${name}=OFF does without")
+  elseif(NOT found)
+    set(state "OFF: needs ${needs}")
+  endif()
+  psivox_row(${name} "${state}" "${what}")
+endfunction()
+function(psivox_row name state what)
+  string(SUBSTRING "${name}                     " 0 21 name)
+  string(SUBSTRING "${what}                                                  " 0 50 what)
+  set_property(GLOBAL APPEND_STRING PROPERTY PSIVOX_TABLE "\n  ${name} ${what} ${state}")
+endfunction()
+
 find_package(Threads REQUIRED)
 find_package(TBB REQUIRED)
 find_package(glm REQUIRED)
 find_package(OpenEXR REQUIRED)
 find_package(PNG REQUIRED)
 find_package(ZLIB REQUIRED)
-find_package(OpenImageIO REQUIRED)
-# Debian's target lists OpenCV's headers, which its package does not depend on and psivox does not
-# use.
-set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
-  INTERFACE_INCLUDE_DIRECTORIES "${OpenImageIO_INCLUDE_DIR}")
+if(NOT DEFINED PSIVOX_OPENIMAGEIO OR PSIVOX_OPENIMAGEIO)  # to look for a broken one is an error
+  find_package(OpenImageIO QUIET)
+endif()
+psivox_option(PSIVOX_OPENIMAGEIO "${OpenImageIO_FOUND}" "libopenimageio-dev openimageio-tools"
+  "pictures but .exr and .png; OCIO")
+if(OpenImageIO_FOUND)
+  # Debian's target lists OpenCV's headers, which its package does not depend on and psivox does not
+  # use.
+  set_target_properties(OpenImageIO::OpenImageIO PROPERTIES
+    INTERFACE_INCLUDE_DIRECTORIES "${OpenImageIO_INCLUDE_DIR}")
+endif()
 find_package(nlohmann_json REQUIRED)
 find_package(CLI11 REQUIRED)
-find_package(pugixml REQUIRED)
+find_package(pugixml QUIET)
+psivox_option(PSIVOX_PUGIXML "${pugixml_FOUND}" libpugixml-dev "ParaView's cameras (.pvcc)")
 # the text of colour bars: the library contains the font
 find_file(PSIVOX_FONT DejaVuSans.ttf
   PATHS /usr/share/fonts /usr/local/share/fonts /Library/Fonts
   PATH_SUFFIXES truetype/dejavu dejavu TTF dejavu-sans-fonts truetype fonts share/fonts)
-if(NOT PSIVOX_FONT)
-  message(FATAL_ERROR "No DejaVuSans.ttf found (Debian: fonts-dejavu-core); -DPSIVOX_FONT=FILE "
-    "names it or another TrueType font")
+if(PSIVOX_FONT)
+  set(font NAMES font PATHS "${PSIVOX_FONT}")
+  psivox_row(PSIVOX_FONT "${PSIVOX_FONT}" "text of colour bars")
+else()
+  psivox_row(PSIVOX_FONT "OFF: needs fonts-dejavu-core" "text of colour bars")
 endif()
 find_path(STB_INCLUDE_DIR stb/stb_truetype.h REQUIRED)
 find_package(PkgConfig REQUIRED)
@@ -45,10 +81,11 @@ foreach(mpi openmpi mpich)
     list(APPEND PSIVOX_MPIS ${mpi})
   endif()
 endforeach()
-if(PSIVOX_MPI AND NOT PSIVOX_MPIS)
-  message(STATUS "psivox without MPI: a picture is drawn by one process "
-    "(Debian: libopenmpi-dev, libmpich-dev)")
+list(JOIN PSIVOX_MPIS ", " found)
+if(NOT PSIVOX_MPIS)
+  set(found "OFF: needs libopenmpi-dev or libmpich-dev")
 endif()
+psivox_row(PSIVOX_MPI "${found}" "one picture by several processes")
 
 # vcpkg has a package configuration for OpenVDB. Debian, Fedora, Arch and conda-forge have headers,
 # a library and FindOpenVDB.cmake, which demands packages that only OpenVDB's own build needs; so
@@ -58,12 +95,11 @@ find_package(Imath REQUIRED)
 set(openvdb_roots "${OpenVDB_ROOT}" ENV OpenVDB_ROOT ENV CONDA_PREFIX)
 find_path(NANOVDB_INCLUDE_DIR nanovdb/NanoVDB.h  # headers alone
   HINTS ${openvdb_roots} PATH_SUFFIXES include)
-if(NOT NANOVDB_INCLUDE_DIR)
-  message(FATAL_ERROR "NanoVDB not found, a part of OpenVDB (Debian: libnanovdb-dev); "
-    "-DNANOVDB_INCLUDE_DIR=DIR names the folder above nanovdb/NanoVDB.h")
-endif()
+psivox_option(PSIVOX_NANOVDB "${NANOVDB_INCLUDE_DIR}" libnanovdb-dev "NanoVDB files (.nvdb)")
 add_library(psivox_openvdb INTERFACE)
-target_include_directories(psivox_openvdb SYSTEM INTERFACE "${NANOVDB_INCLUDE_DIR}")
+if(PSIVOX_NANOVDB)
+  target_include_directories(psivox_openvdb SYSTEM INTERFACE "${NANOVDB_INCLUDE_DIR}")
+endif()
 if(TARGET OpenVDB::openvdb)
   target_link_libraries(psivox_openvdb INTERFACE OpenVDB::openvdb)
 else()

@@ -20,15 +20,8 @@ if(Python3_Development.Module_FOUND AND PYBIND11_INCLUDE_DIR AND NOT PSIVOX_SANI
   set(PSIVOX_PYTHON_FOUND ON)
 else()
   set(PSIVOX_PYTHON_FOUND OFF)
-  if(NOT PSIVOX_SANITIZE)
-    message(STATUS "pybind11 or Python's headers not found: the Python package will not be built "
-      "(Debian: pybind11-dev python3-dev python3-numpy)")
-  endif()
 endif()
-option(PSIVOX_PYTHON "Build the Python package" ${PSIVOX_PYTHON_FOUND})
-if(PSIVOX_PYTHON AND NOT PSIVOX_PYTHON_FOUND)
-  message(FATAL_ERROR "PSIVOX_PYTHON needs pybind11 and Python's headers, and no sanitizer "
-    "(Debian: pybind11-dev python3-dev)")
-endif()
+psivox_option(PSIVOX_PYTHON ${PSIVOX_PYTHON_FOUND} "pybind11-dev python3-dev, and no sanitizer"
+  "the Python package")
 set(PSIVOX_PYTHON_DIR "lib/python3/dist-packages" CACHE STRING
   "Folder of Python packages below the prefix")

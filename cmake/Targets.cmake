@@ -91,11 +91,11 @@ function(psivox_module name folder)
 endfunction()
 
 # psivox_embed(OUTPUT HEADER header TABLE function NAMES names... PATHS files...): writes OUTPUT to
-# the folder `generated`. It defines a function declared in HEADER: a map from NAMES to texts.
+# the folder `generated`. It defines a function declared in HEADER: a map from NAMES to what the files contain.
 function(psivox_embed output)
   cmake_parse_arguments(arg "" "HEADER;TABLE" "NAMES;PATHS" ${ARGN})
   set(file "${PROJECT_BINARY_DIR}/generated/${output}")
-  set(script "${PROJECT_SOURCE_DIR}/cmake/EmbedTexts.cmake")
+  set(script "${PROJECT_SOURCE_DIR}/cmake/EmbedFiles.cmake")
   add_custom_command(OUTPUT "${file}"
     COMMAND "${CMAKE_COMMAND}" "-DOUTPUT=${file}" "-DHEADER=${arg_HEADER}" "-DTABLE=${arg_TABLE}"
             "-DNAMES=${arg_NAMES}" "-DPATHS=${arg_PATHS}" -P "${script}"

@@ -8,15 +8,10 @@ if(glfw3_FOUND AND (PSIVOX_IMGUI OR (IMGUI_INCLUDE_DIR AND IMGUI_LIBRARY)))
   set(PSIVOX_VIEWER_FOUND ON)
 else()
   set(PSIVOX_VIEWER_FOUND OFF)
-  message(STATUS "GLFW or Dear ImGui not found: psivox view will not be built "
-    "(Debian: libglfw3-dev libimgui-dev; -DPSIVOX_IMGUI=DIR names Dear ImGui's sources)")
 endif()
-option(PSIVOX_BUILD_VIEWER "Build the window of psivox view" ${PSIVOX_VIEWER_FOUND})
+psivox_option(PSIVOX_BUILD_VIEWER ${PSIVOX_VIEWER_FOUND}
+  "libglfw3-dev, and libimgui-dev or -DPSIVOX_IMGUI=DIR" "the window of psivox view")
 if(PSIVOX_BUILD_VIEWER)
-  if(NOT PSIVOX_VIEWER_FOUND)
-    message(FATAL_ERROR "PSIVOX_BUILD_VIEWER needs GLFW and Dear ImGui (Debian: libglfw3-dev "
-      "libimgui-dev; -DPSIVOX_IMGUI=DIR names Dear ImGui's sources)")
-  endif()
   if(PSIVOX_IMGUI)
     set(sources imgui.cpp imgui_draw.cpp imgui_tables.cpp imgui_widgets.cpp
       misc/cpp/imgui_stdlib.cpp backends/imgui_impl_opengl3.cpp)

@@ -34,10 +34,12 @@ t 0 "psivox render --help-all prints all" render --help
 t 0 "--end-corrections" render --help-all
 t 0 "--extinction" help render
 t 2 "unknown command" help rendr
-t 2 "psivox render does that here" convert "$S" a.png
-t 2 ".webp, or .html for a page" render "$S" -o a.bmp
-t 2 "a picture, not a page" render "$S" -o a.html --thumbnail 8
-for command in render view info compare study verify; do
+# A file alone opens the window; without a display it says what to type.
+said=$(env -u DISPLAY -u WAYLAND_DISPLAY "$program" "$S" 2>&1)
+[ $? -eq 2 ] && grep -q "psivox render .*blobs.vdb -o FILE.png draws it" <<<"$said" || fail "file: $said"
+said=$(env -u WAYLAND_DISPLAY DISPLAY=:none "$program" "$S" -q 2>&1)
+grep -qE "no display for a window|there is no window" <<<"$said" || fail "file with a display: $said"
+for command in render view info compare study verify examples; do
   lines=$("$program" help $command | tee help.txt | wc -l)
   { [ "$lines" -le 60 ] && tail -n 1 help.txt | grep -q "^  psivox $command" &&
     [ "$(grep -c '^  psivox' help.txt)" -eq 3 ]; } ||
@@ -45,6 +47,14 @@ for command in render view info compare study verify; do
 done
 [ "$("$program" help render | grep -c '^  -')" -eq 15 ] ||
   fail "help render lists other than 15 options"
+# Examples: the volume, and five pictures of it that differ.
+t 0 "psivox render 'some ex/blobs.vdb' -o 'some ex/fire.png' --look fire" examples -o "some ex"
+cmp -s "$S" "some ex/blobs.vdb" || fail "examples wrote another volume"
+[ "$(cat "some ex"/*.png | wc -c)" -gt 100000 ] && [ "$(md5sum "some ex"/*.png | sort -uk1,1 | wc -l)" = 5 ] ||
+  fail "examples drew: $(ls -l "some ex")"
+t 0 "" examples -q -o quiet
+[ ! -s printed.txt ] || fail "examples -q prints $(<printed.txt)"
+t 5 "" examples -o "$S/below"
 # Thumbnails, also under a name without an extension.
 cp "$S" thumbnail.png
 t 0 - render "$S" -o thumbnail --thumbnail 48
@@ -837,7 +847,7 @@ done
 LD_LIBRARY_PATH=alone t 5 "$missing" render "$S" -o alone.tif $R
 t 0 - render "$S" -o other.tif $R
 LD_LIBRARY_PATH=alone t 1 "$missing" compare other.tif other.tif
-LD_LIBRARY_PATH=alone t 1 "$missing" --version
+LD_LIBRARY_PATH=alone t 0 "OpenImageIO none (${missing#psivox: }" --version
 [ ! -e alone.tif ] || fail "alone.tif was written"
 
 # EGL finds no driver.

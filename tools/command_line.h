@@ -6,6 +6,7 @@
 #endif
 #include <cmath>
 #include <functional>
+#include <map>
 #include <span>
 #include <string>
 #include <string_view>
@@ -67,6 +68,10 @@ void compare_command(Arguments arguments);
 void study_command(Arguments arguments);
 void verify_command(Arguments arguments);
 void view_command(Arguments arguments);
+void examples_command(Arguments arguments);
+
+/// The files that `psivox examples` draws, by name.
+const std::map<std::string, std::string>& example_files();
 
 [[noreturn]] inline void usage(const std::string& message) {
   throw Error(ExitCode::usage, message);

@@ -14,8 +14,8 @@ root = pathlib.Path(__file__).resolve().parent.parent
 text = "".join((root / name).read_text() for name in ("README.md", "docs/user-guide.md"))
 folder.mkdir(parents=True, exist_ok=True)
 for name in ("blobs", "shells", "tinted"):
-    command = re.search(rf"^psivox (render assets/.* -o {name}\.png.*)$", text.replace("\\\n", " "),
-                        re.M)[1]
+    command = re.search(rf"^psivox (render assets/.* -o (?:build/)?{name}\.png.*)$",
+                        text.replace("\\\n", " "), re.M)[1]
     words = shlex.split(command)
     words[words.index("-o") + 1] = str(folder / f"{name}.html")
     subprocess.run([program, *words, "--resolution", "480x270", "--tolerance", "2e-3", "-q"],

@@ -17,7 +17,7 @@ import sys
 TABLE = re.compile(r"(<!-- psivox (\w+): (.*?) -->\n).*?(<!-- end -->)", re.S)
 MODES = re.compile(r"(<!-- modes -->\n).*?(<!-- end -->)", re.S)
 ROW_OF_MODE = re.compile(r'X\((\w+),.*,\s*"([^"]+)"\)')
-COMMANDS = ("render", "view", "info", "compare", "study", "verify")
+COMMANDS = ("render", "view", "info", "compare", "study", "verify", "examples")
 COMMON = {"-h,--help", "--help-all"}
 
 

@@ -8,7 +8,9 @@
 #include <chrono>
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
+#include <filesystem>
 #include <initializer_list>
 #include <iostream>
 #include <new>
@@ -98,12 +100,13 @@ constexpr Command commands[] = {
     {"compare", compare_command, "print the difference of two pictures", "diff idiff"},
     {"study", study_command, "measure the error and time of many methods", "bench benchmark"},
     {"verify", verify_command, "check this machine's GL driver", "check test"},
+    {"examples", examples_command, "draw the volume that comes with psivox in five looks", "demo"},
 };
 
 void print_help() {
   std::cout << "psivox " PSIVOX_VERSION
                ": volume renderer for OpenVDB\n\n"
-               "Usage: psivox COMMAND [OPTIONS]\n\n"
+               "Usage: psivox COMMAND [OPTIONS], or psivox FILE.vdb to see it in a window\n\n"
                "Commands:\n";
   for (const Command& command : commands) {
     const std::string name = command.name;
@@ -131,20 +134,29 @@ void print_help_form(const std::string& argument) {
   std::cout << form.after(all);
 }
 
-/// The GL renderer that psivox would draw with.
-std::string gl_renderer() {
+/// What `get` returns, or why there is none.
+std::string or_none(std::string (*get)()) {
   try {
-    return description(*open_gpu());
+    return get();
   } catch (const Error& error) {
     return std::string("none (") + error.what() + ")";
   }
 }
 
 void print_version() {
-  const std::string openimageio = openimageio_version();  // may throw
   std::cout << "psivox " PSIVOX_VERSION "\nOpenVDB " << openvdb_version() << "\nOpenImageIO "
-            << openimageio << "\nGL " << gl_renderer() << "\nReading is guarded by "
+            << or_none(openimageio_version) << "\nGL "
+            << or_none([] { return description(*open_gpu()); }) << "\nReading is guarded by "
             << reading_guard() << '\n';
+}
+
+/// Whether this psivox can open a window here.
+bool has_window() {
+#ifdef PSIVOX_VIEWER
+  return std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
+#else
+  return false;
+#endif
 }
 
 /// Runs a command. `who` is set to the name that starts a usage error.
@@ -171,10 +183,16 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
     if (name != "view") kept.emplace();  // a window saves what it has opened
     return command.run(Arguments(arguments).subspan(1));
   }
-  if (name.ends_with(".vdb") || name.ends_with(".nvdb"))
-    throw Error(ExitCode::usage, in_quotes(name) + " is no command; psivox render " +
-                                     shell_word(name) +
-                                     " -o FILE.png draws it, psivox view shows it in a window");
+  std::error_code unknown;
+  if (name.ends_with(".vdb") || name.ends_with(".nvdb") ||
+      std::filesystem::is_regular_file(name, unknown)) {
+    std::vector<std::string> view = arguments;
+    view.insert(view.begin(), "view");
+    if (has_window()) return run(view, who);
+    throw Error(ExitCode::usage, "there is no window for " + in_quotes(name) +
+                                     " here; psivox render " + shell_word(name) +
+                                     " -o FILE.png draws it");
+  }
   for (const Command& command : commands)
     if (std::ranges::count(split(command.elsewhere, ' '), name))
       throw Error(ExitCode::usage, "unknown command " + in_quotes(name) + "; psivox " +

@@ -2,8 +2,6 @@
 
 #include <dlfcn.h>
 
-#include <filesystem>
-
 namespace psivox {
 namespace {
 
@@ -18,12 +16,17 @@ int own_first() {
 
 }  // namespace
 
+std::filesystem::path library_folder() {
+  Dl_info self{};
+  if (dladdr(reinterpret_cast<const void*>(&library_folder), &self) == 0 || !self.dli_fname)
+    return {};
+  return std::filesystem::path(self.dli_fname).parent_path();
+}
+
 void* load_symbol(const std::string& module, const char* symbol, bool shared,
                   std::string& problem) {
-  std::filesystem::path path = module;
-  Dl_info self{};
-  if (dladdr(reinterpret_cast<const void*>(&load_symbol), &self) != 0 && self.dli_fname)
-    path = std::filesystem::path(self.dli_fname).parent_path() / "psivox" / module;
+  const std::filesystem::path folder = library_folder();
+  const std::filesystem::path path = (folder.empty() ? folder : folder / "psivox") / module;
   void* const opened =
       dlopen(path.c_str(), RTLD_LAZY | (shared ? RTLD_GLOBAL : RTLD_LOCAL | own_first()));
   void* const found = opened ? dlsym(opened, symbol) : nullptr;

@@ -5,8 +5,11 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 
+#include "base/loaded_module.h"
 #include "gl/gl_renderer.h"
 
 namespace psivox::gl {
@@ -97,7 +100,10 @@ void GLAPIENTRY on_message(GLenum, GLenum type, GLuint, GLenum severity, GLsizei
 }
 
 /// Mesa's loader reports drivers that it does not find on stderr; they are only candidates.
-void silence_loader() { setenv("EGL_LOG_LEVEL", "fatal", 0); }
+void prepare_loader() {
+  setenv("EGL_LOG_LEVEL", "fatal", 0);
+  find_bundled_driver();
+}
 
 /// Without the notification of resets, drivers end the process or return rubbish after one.
 EGLContext create_context(EGLDisplay display, EGLConfig config, bool debug, bool notify) {
@@ -116,6 +122,17 @@ EGLContext create_context(EGLDisplay display, EGLConfig config, bool debug, bool
 std::string text_of(GLenum name) { return reinterpret_cast<const char*>(glGetString(name)); }
 
 }  // namespace
+
+void find_bundled_driver() {
+  namespace fs = std::filesystem;
+  std::error_code none;
+  for (const char* drivers : {"/etc/glvnd/egl_vendor.d", "/usr/share/glvnd/egl_vendor.d"})
+    if (fs::directory_iterator(drivers, none) != fs::directory_iterator()) return;
+  const fs::path mesa = library_folder() / "mesa";
+  if (!fs::is_directory(mesa, none)) return;
+  setenv("__EGL_VENDOR_LIBRARY_DIRS", mesa.c_str(), 0);
+  setenv("LIBGL_DRIVERS_PATH", (mesa / "dri").c_str(), 0);
+}
 
 void collect_faults(std::vector<std::string>& faults) {
   glEnable(GL_DEBUG_OUTPUT);
@@ -172,7 +189,7 @@ void EglContext::close() {
 }
 
 EglContext::EglContext(const ContextOptions& options) {
-  silence_loader();
+  prepare_loader();
   Obstacle farthest{-1, "no EGL device"};
   for (const Candidate& candidate : candidates(options.device)) {
     try {
@@ -224,7 +241,7 @@ void EglContext::check(const std::string& doing) const {
 namespace psivox {
 
 std::vector<DeviceInfo> list_devices() {
-  gl::silence_loader();
+  gl::prepare_loader();
   std::vector<DeviceInfo> result;
   for (const gl::Candidate& candidate : gl::device_displays()) {
     DeviceInfo info;

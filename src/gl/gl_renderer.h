@@ -46,4 +46,8 @@ ObjectCounts count_objects();
 /// debug context.
 void collect_faults(std::vector<std::string>& faults);
 
+/// Where the system has no driver of EGL, a bundle's own software renderer stands in: the folder
+/// `mesa` beside libpsivox (tools/make-bundle.sh). To be called before a context is made.
+void find_bundled_driver();
+
 }  // namespace psivox::gl

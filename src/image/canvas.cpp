@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 
 #include "image/srgb_codes.h"
+#include "psivox/error.h"
 
 #define STB_TRUETYPE_IMPLEMENTATION
 #define STBTT_STATIC
@@ -15,29 +16,18 @@
 #include <stb/stb_truetype.h>
 #pragma GCC diagnostic pop
 
-// The font's file, byte for byte.
-__asm__(
-    ".section .rodata\n"
-    ".hidden psivox_font\n"
-    ".global psivox_font\n"
-    "psivox_font: .incbin \"" PSIVOX_FONT
-    "\"\n"
-    ".hidden psivox_font_end\n"
-    ".global psivox_font_end\n"
-    "psivox_font_end:\n"
-    ".previous\n");
-extern "C" const unsigned char psivox_font[], psivox_font_end[];
-
 namespace psivox::image_io {
-
-std::span<const unsigned char> font_file() { return {psivox_font, psivox_font_end}; }
 
 namespace {
 
 const stbtt_fontinfo& font() {
   static const stbtt_fontinfo info = [] {
+    if (embedded_font().empty())
+      throw Error(ExitCode::usage, "this psivox draws no text: it was built without PSIVOX_FONT");
+    const auto* const file =
+        reinterpret_cast<const unsigned char*>(embedded_font().begin()->second.data());
     stbtt_fontinfo made{};
-    stbtt_InitFont(&made, psivox_font, stbtt_GetFontOffsetForIndex(psivox_font, 0));
+    stbtt_InitFont(&made, file, stbtt_GetFontOffsetForIndex(file, 0));
     return made;
   }();
   return info;

@@ -2,7 +2,7 @@
 
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
-#include <span>
+#include <map>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -11,8 +11,8 @@
 
 namespace psivox::image_io {
 
-/// DejaVu Sans as a TrueType file.
-std::span<const unsigned char> font_file();
+/// DejaVu Sans as a TrueType file; empty if psivox was built without.
+const std::map<std::string, std::string>& embedded_font();
 
 /// One line of text as coverage, 0 to 1, row by row from the top.
 struct TextPicture {

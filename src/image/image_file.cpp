@@ -111,8 +111,9 @@ const image_io::PictureFiles* load_module(ExitCode if_missing) {
   const auto get = reinterpret_cast<image_io::GetPictureFiles>(
       load_symbol(PSIVOX_OIIO_MODULE, image_io::picture_files_symbol, /*shared=*/false, problem));
   if (get) return get();
-  throw Error(if_missing, image_io::one_line(
-                              "cannot load the module that reads and writes pictures: " + problem));
+  throw Error(if_missing,
+              image_io::one_line("cannot load the module that reads and writes pictures: " +
+                                 problem + "; .exr and .png need none"));
 }
 
 /// Reads the picture, or layers alone if `needs_picture` is not set.

@@ -13,7 +13,15 @@ namespace psivox::vdb {
 namespace {
 
 std::unique_ptr<GridFile> open(std::shared_ptr<FileBlocks> file, Progress progress) {
-  return (begins(*file, nano_magic) ? open_nano : open_vdb)(std::move(file), std::move(progress));
+#ifdef PSIVOX_NANOVDB
+  if (begins(*file, nano_magic)) return open_nano(std::move(file), std::move(progress));
+#else
+  if (begins(*file, nano_magic))
+    throw Error(ExitCode::input, subject(file->path()) +
+                                     "is a NanoVDB file, and this psivox was built without "
+                                     "PSIVOX_NANOVDB");
+#endif
+  return open_vdb(std::move(file), std::move(progress));
 }
 
 constexpr GridsModule module = {openvdb::getLibraryVersionString, open, convert, place};

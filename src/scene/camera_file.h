@@ -45,7 +45,7 @@ void set_camera(Scene& scene, const FileCamera& camera);
 /// another extension, Error(output).
 void write_camera(const std::string& path, const Camera& camera, bool z_up);
 
-// By its formats: gltf.cpp and paraview.cpp.
+// By its formats: gltf.cpp and paraview_camera.cpp.
 
 /// The camera of that name in a .gltf or .glb file, in glTF's own axes; the first if `name` is
 /// empty. Throws Error(input) with `source`, the file's path, in its message.

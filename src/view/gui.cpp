@@ -8,7 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <span>
+#include <string>
 
 #include "base/terminal.h"
 #include "image/canvas.h"
@@ -92,11 +92,16 @@ void Gui::set_scale(double scale) {
   constexpr double letters = 13;  // [pixels]
   ImFontConfig font;
   font.FontDataOwnedByAtlas = false;
-  const std::span<const unsigned char> file = image_io::font_file();
+  const auto& file = image_io::embedded_font();
   ImFontAtlas& fonts = *ImGui::GetIO().Fonts;
   fonts.Clear();
-  fonts.AddFontFromMemoryTTF(const_cast<unsigned char*>(file.data()), int(file.size()),
-                             float(std::round(letters * scale)), &font);
+  if (file.empty()) {
+    fonts.AddFontDefault();
+  } else {
+    const std::string& bytes = file.begin()->second;
+    fonts.AddFontFromMemoryTTF(const_cast<char*>(bytes.data()), int(bytes.size()),
+                               float(std::round(letters * scale)), &font);
+  }
   ImGuiStyle& style = ImGui::GetStyle();
   style = ImGuiStyle();
   ImGui::StyleColorsDark();

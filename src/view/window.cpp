@@ -51,6 +51,7 @@ glm::dvec2 framebuffer_place(const glm::dvec2& place, const glm::ivec2& window,
 void Window::on_glfw_error(int, const char* text) { last_glfw_error() = text; }
 
 Window::Window(const glm::ivec2& size, bool egl, bool debug) {
+  gl::find_bundled_driver();
   glfwSetErrorCallback(on_glfw_error);
   if (!glfwInit())
     throw Error(ExitCode::graphics, "no display for a window: " + last_glfw_error() + advice);

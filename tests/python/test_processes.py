@@ -189,3 +189,14 @@ def test_readers_end_with_the_process(blobs):
             return
         time.sleep(0.05)
     pytest.fail("a reader is still there")
+
+
+def test_the_module_runs_the_program(command):
+    """The one in PATH, where the package has none of its own."""
+    folder = os.path.dirname(os.environ["PSIVOX_PROGRAM"])
+    for path, code in ((folder, 0), ("/nowhere", 1)):
+        ran = subprocess.run([sys.executable, "-m", "psivox", "help", "info"], capture_output=True,
+                             text=True, env={**os.environ, "PATH": path})
+        assert ran.returncode == code, ran.stderr
+    assert "has no program" in ran.stderr and ran.stdout == ""
+    assert command("help", "info").startswith("Tells")

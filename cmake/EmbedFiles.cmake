@@ -1,10 +1,12 @@
-# cmake -DOUTPUT=file.cpp -DHEADER=table.h -DTABLE=ns::table -DNAMES="a;b" -DPATHS="/x/a;/y/b" -P EmbedTexts.cmake
-# Writes the function TABLE, which HEADER declares: a map from name to the text of the file, and of
+# cmake -DOUTPUT=file.cpp -DHEADER=table.h -DTABLE=ns::table -DNAMES="a;b" -DPATHS="/x/a;/y/b" -P EmbedFiles.cmake
+# Writes the function TABLE, which HEADER declares: a map from name to the bytes of the file, and of
 # scripts from `name.sha256` to the hash in hexadecimal.
 set(rows "")
 foreach(name path IN ZIP_LISTS NAMES PATHS)
-  file(READ "${path}" text)
-  string(APPEND rows "    {\"${name}\", R\"embedded(${text})embedded\"},\n")
+  file(READ "${path}" bytes HEX)
+  file(SIZE "${path}" size)
+  string(REGEX REPLACE "(..)" "\\\\x\\1" bytes "${bytes}")
+  string(APPEND rows "    {\"${name}\", {\"${bytes}\", ${size}}},\n")
   if(name MATCHES "[.]js$")
     file(SHA256 "${path}" hash)
     string(APPEND rows "    {\"${name}.sha256\", \"${hash}\"},\n")
