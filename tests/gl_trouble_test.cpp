@@ -185,6 +185,33 @@ void draw_arrays(GLenum kind, GLint first, GLsizei count) {
   draws->draw(kind, first, count);
 }
 
+/// A picture that a GPU draws by compute shaders is one dispatch, and the pilot's rays are another:
+/// between tiles the GPU would wait for the longest rays of each.
+TEST_F(GlTrouble, AGpuDrawsAPictureAtOnce) {
+  Scene scene = blobs_scene();
+  scene.resolution = {640, 360};
+  scene.integrator.reset();
+  scene.sampling.reset();
+  scene.tolerance = 1e-3;
+  gl::test_limits.computes = false;
+  const Image tiles = Session(scene).draw(*open_gpu()).image;
+  gl::test_limits.computes = true;
+  const auto gpu = open_gpu();
+  Session(scene).draw(*gpu);  // libepoxy finds the function
+  static int dispatches;
+  static decltype(epoxy_glDispatchCompute) original;
+  dispatches = 0;
+  original = epoxy_glDispatchCompute;
+  epoxy_glDispatchCompute = [](GLuint x, GLuint y, GLuint z) {
+    ++dispatches;
+    original(x, y, z);
+  };
+  const Image at_once = Session(scene).draw(*gpu).image;
+  epoxy_glDispatchCompute = original;
+  EXPECT_EQ(dispatches, is_software(marcher_->description()) ? 4 : 2);
+  EXPECT_LE(compare_images(tiles, at_once).max, 16 * 0x1p-24);  // as in shader_test
+}
+
 TEST_F(GlTrouble, WhatAStudyTimesHasDrawnBefore) {
   Draws counted;
   draws = &counted;

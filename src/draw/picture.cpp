@@ -93,6 +93,7 @@ RenderOptions Picture::options() const {
   options.tile_ms = wish_.tile_ms;
   options.may_update_tables = wish_.may_update_tables;
   if (plan_) options.brick_steps = plan_->march->brick_steps;
+  if (plan_) options.ray_cost = plan_->chosen.cost;
   options.progress = of_stage(wish_.progress, Stage::marching);
   return options;
 }

@@ -31,8 +31,8 @@ class Readback {
   /// Copies a tile from the GPU.
   void read(const TileTarget& target, const Exposure& tile);
 
-  /// Adds pixels whose rays were not drawn.
-  void add_missed(const PixelBox& pixels, const RayTexels& ray);
+  /// Adds pixels whose rays were not drawn: all are as the one at `like`.
+  void add_missed(const PixelBox& pixels, const glm::ivec2& like);
 
   /// Adds the tile that was read last, if it is not added yet, to the film, and reports it.
   void develop();
@@ -102,13 +102,9 @@ void Readback::report() const {
   if (options_.progress) options_.progress(double(rays_done_) / all_rays_);
 }
 
-void Readback::add_missed(const PixelBox& pixels, const RayTexels& ray) {
-  PixelSums sums;
-  for (int i = 0; i < samples_; ++i) sums.add(glm::dvec4(ray.picture), glm::dvec4(ray.layers));
+void Readback::add_missed(const PixelBox& pixels, const glm::ivec2& like) {
   const auto& [origin, size] = pixels;
-  if (film_.has_layers() || ray.picture != glm::vec4(0))  // with which a film begins
-    for (int y = origin.y; y < origin.y + size.y; ++y)
-      for (int x = origin.x; x < origin.x + size.x; ++x) film_.set(x, y, sums);
+  film_.repeat(like, pixels);
   if (options_.tile) options_.tile({origin.x, origin.y, size.x, size.y, film_.picture()});
 }
 
@@ -212,10 +208,12 @@ namespace {
 constexpr int smallest_side = 16;
 
 /// Side of the largest tile that `pixels` need. State between passes takes 128 bytes a pixel, which
-/// a driver clears for each target: 8 MiB here.
-int largest_side(const PixelBox& pixels, bool resumable) {
+/// a driver clears for each target: 8 MiB here. By compute shaders a tile may be the whole picture:
+/// a GPU waits for the longest rays of each.
+int largest_side(const PixelBox& pixels, bool resumable, bool computes) {
   const auto widest = unsigned(std::max(pixels.size.x, pixels.size.y));
-  return std::clamp(int(std::bit_ceil(widest)), smallest_side, resumable ? 256 : 1024);
+  const int most = resumable ? 256 : computes ? 4096 : 1024;
+  return std::clamp(int(std::bit_ceil(widest)), smallest_side, most);
 }
 
 /// Side of the first tile, whose time is not known.
@@ -223,6 +221,24 @@ int first_side(int passes, double wanted_ms) {
   constexpr int many_passes = 16;
   if (passes > many_passes) return smallest_side;
   return passes > 1 || wanted_ms < 100 ? 64 : 512;
+}
+
+/// Look-ups that any GPU does at once in less time than a watchdog allows: 0.4 s at 1e9 a second.
+constexpr double most_at_once = 4e8;
+
+/// Adds a row or a column of a larger rectangle to an inner one. Returns a pixel of it; empty if
+/// the inner one is all.
+std::optional<glm::ivec2> grow(PixelBox& inner, const PixelBox& all) {
+  if (inner.empty()) inner = {all.origin, {0, 0}};
+  for (const int axis : {0, 1}) {
+    if (inner.origin[axis] == all.origin[axis] && inner.size[axis] == all.size[axis]) continue;
+    const bool before = inner.origin[axis] > all.origin[axis];
+    if (before) --inner.origin[axis];
+    ++inner.size[axis];
+    inner.size = glm::max(inner.size, 1);
+    return before ? inner.origin : inner.origin + inner.size - 1;
+  }
+  return {};
 }
 
 /// Side of the next tile from the time that the last one took: no draw runs for minutes, and few
@@ -243,26 +259,26 @@ PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, c
       options_(options),
       picture_(options.pixels.value_or(PixelBox{{}, view.scene.resolution})),
       drawn_(common(picture_, pixels_of(view, glm::dvec3(domain.min), glm::dvec3(domain.max)))),
-      beside_(around(drawn_, picture_)),
-      largest_(largest_side(drawn_, march.key().resumable)) {
-  make_target(std::min(first_side(passes, options.tile_ms), largest_));
-  // Drivers compile at the first draw: one pixel, so that the march's time is the march's. It is
-  // one that misses the domain, if any does, since all these draw the same.
+      missed_(grow(drawn_, picture_)),
+      beside_(around(drawn_, picture_)) {
+  const bool computes = march.program().group().x > 0;
+  largest_ = largest_side(drawn_, march.key().resumable, computes);
+  const double cost = options.ray_cost * double(drawn_.size.x) * double(drawn_.size.y);
+  const bool at_once = computes && passes == 1 && cost > 0 && cost <= most_at_once;
+  make_target(at_once ? largest_ : std::min(first_side(passes, options.tile_ms), largest_));
+  if (!is_software(context.renderer())) return;
+  // Such a driver compiles at the first draw: one pixel, so that the march's time is the march's.
   target_->bind(0);
   march.program().set("first_pass", 1);
-  march.program().set("tile_origin", beside_.empty() ? drawn_.origin : beside_[0].origin);
+  march.program().set("tile_origin", missed_.value_or(drawn_.origin));
   pixels_.run(march.program(), 1, 1);
-  target_->read_picture(1, 1, &missed_.picture, 1);
-  if (has_layers()) target_->read_layers(1, 1, &missed_.layers, 1);
+  glFinish();
   context.check("compiling the march's shader");
 }
 
-bool PicturePass::has_layers() const {
-  return options_.count || options_.depth || options_.transmittance;
-}
-
 void PicturePass::make_target(int side) {
-  target_ = std::make_unique<TileTarget>(side, march_.key().resumable, has_layers());
+  const bool layers = options_.count || options_.depth || options_.transmittance;
+  target_ = std::make_unique<TileTarget>(side, march_.key().resumable, layers);
 }
 
 Image PicturePass::draw(RenderStats& stats) {
@@ -280,8 +296,7 @@ Image PicturePass::draw(RenderStats& stats) {
   }
   readback.develop();
   for (const PixelBox& pixels : beside_)
-    readback.add_missed({pixels.origin - picture_.origin, pixels.size}, missed_);
-  if (drawn_.empty() && options_.progress) options_.progress(1);
+    readback.add_missed({pixels.origin - picture_.origin, pixels.size}, *missed_ - picture_.origin);
   stats.gpu_ms = timer.sum_ms();
   stats.stuck += readback.stuck();
   return film.finish(stats);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 
 #include "gl/egl_context.h"
 #include "gl/march_program.h"
@@ -18,8 +19,8 @@ class Timer;
 /// its whole life.
 class PicturePass {
  public:
-  /// Has the driver compile the program, by a first draw. `domain` is the density's [voxels],
-  /// `passes` what a ray may need at most.
+  /// Has a software driver compile the program, by a first draw. `domain` is the density's
+  /// [voxels], `passes` what a ray may need at most.
   PicturePass(const EglContext& context, const MarchProgram& march, const View& view,
               const Box& domain, const RenderOptions& options, int passes);
 
@@ -31,19 +32,19 @@ class PicturePass {
   /// Draws an exposure in as many passes as its rays need; returns their number.
   int draw_passes(const Exposure& tile, const Readback& readback, Timer& timer);
   void make_target(int side);
-  bool has_layers() const;
 
   const EglContext& context_;
   const MarchProgram& march_;
   const View& view_;
   const RenderOptions& options_;
-  PixelBox picture_;              ///< what is to be drawn
-  PixelBox drawn_;                ///< all of it whose rays may meet the domain
-  std::vector<PixelBox> beside_;  ///< the rest
-  int largest_;                   ///< side of the largest tile
+  PixelBox picture_;  ///< what is to be drawn
+  /// All of it whose rays may meet the domain, and a row or column of others, if there are any.
+  PixelBox drawn_;
+  std::optional<glm::ivec2> missed_;  ///< a pixel whose ray does not: all these draw the same
+  std::vector<PixelBox> beside_;      ///< the rest
+  int largest_;                       ///< side of the largest tile
   EachPixel pixels_;
   std::unique_ptr<TileTarget> target_;  ///< of the largest tile so far
-  RayTexels missed_;                    ///< what is drawn of a ray that does not meet the domain
 };
 
 }  // namespace psivox::gl

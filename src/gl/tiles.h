@@ -11,11 +11,6 @@
 
 namespace psivox::gl {
 
-/// What march.frag draws of a ray.
-struct RayTexels {
-  glm::vec4 picture{0}, layers{0};
-};
-
 /// What one tile is drawn into, by fragment or by compute shaders: picture, layers where they are
 /// wanted and, for rays that take several passes, two sets of state textures that are read and
 /// written in turn.

@@ -1,5 +1,6 @@
 #include "march/film.h"
 
+#include <algorithm>
 #include <limits>
 #include <numeric>
 
@@ -37,6 +38,18 @@ float* Film::layer(const char* name, bool wanted) {
 void Film::set(int x, int y, const PixelSums& sums) {
   *pixel(x, y) = glm::vec4(sums.picture / double(sums.samples));
   set_layers(image_.index(x, y), sums);
+}
+
+void Film::repeat(const glm::ivec2& like, const PixelBox& pixels) {
+  for (Layer& layer : image_.layers) {
+    const std::size_t channels = layer.channels.size();
+    const float* const from = layer.values.data() + image_.index(like.x, like.y) * channels;
+    for (int y = 0; y < pixels.size.y; ++y) {
+      float* to =
+          layer.values.data() + image_.index(pixels.origin.x, pixels.origin.y + y) * channels;
+      for (int x = 0; x < pixels.size.x; ++x) to = std::copy_n(from, channels, to);
+    }
+  }
 }
 
 void Film::set_layers(int x, int y, std::span<const glm::vec4> layers) {

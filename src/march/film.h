@@ -44,6 +44,8 @@ class Film {
 
   /// The layers of a row of pixels that have one sample each, as march.frag writes them.
   void set_layers(int x, int y, std::span<const glm::vec4> layers);
+  /// Makes pixels as the one at `like` is.
+  void repeat(const glm::ivec2& like, const PixelBox& pixels);
   bool has_layers() const { return image_.layers.size() > 1; }
 
   /// R G B A as set so far, row-major.

@@ -22,6 +22,7 @@ struct RenderOptions {
   double tile_ms = 1000;                        ///< see Wish
   bool may_update_tables = false;               ///< see Wish
   BrickSteps brick_steps{};
+  double ray_cost = 0;  ///< expected look-ups of a ray; 0: not known
   /// Place of a pixel's only sample, in [0, 1)^2; unset: as the view samples pixels.
   std::optional<glm::dvec2> place{};
   /// What the rays of `pixels` have passed before this region, row by row: their optical depths,
