@@ -35,7 +35,7 @@ MOST = 3.4028234663852886e38
 FLOATS = [float("nan"), float("inf"), float("-inf"), -1.0, 1e38, -1e38, 1e-40, 0.0, 1e30, MOST, -MOST,
           5e37, -5e37, 1e36, 1e20, -9999.0]
 # Looks, light, functions and modes. The first is the most frequent: light at the voxels of a volume
-# that became huge takes its time.
+# that became huge takes its time. The reference has no light: it casts a ray from each voxel.
 OPTIONS = [["--look", "plain"]] * 4 + [option.split() for option in [
     "", "--look smoke", "--look scan", "--look signed", "--look labels", "--look surface",
     "--colormap viridis", "--colormap viridis --opacity 0:1,1:1 --light 1,-1,-1",
@@ -43,7 +43,8 @@ OPTIONS = [["--look", "plain"]] * 4 + [option.split() for option in [
     "--look plain --texel code7", "--look plain --integrator psi-table",
     "--colormap hot --integrator preintegrated", "--classification nearest", "--lod 1",
     "--classification pre --colormap gray", "--mode mip", "--mode lmip", "--mode xray",
-    "--mode isosurface", "--mode slice", "--renderer reference", "--renderer march-double",
+    "--mode isosurface", "--mode slice", "--renderer reference --look plain",
+    "--renderer march-double",
     "--fill-value none", "--fill-value none --colormap viridis", "--range 1%,99%",
     "--luminance-grid density --look plain", "--background white", "--exposure auto"]]
 
