@@ -6,10 +6,16 @@ namespace psivox {
 namespace {
 
 /// A flag by which a module's libraries look for symbols among themselves first: one of so many
-/// symbols as OpenVDB loads in four fifths of the time. Sanitizers refuse it.
+/// symbols as OpenVDB loads in four fifths of the time. Sanitizers refuse it. A program that was
+/// compiled without -fPIC has its own copy of libstdc++'s data, which is the one in use, and which
+/// these libraries would not find: OpenVDB of gcc 13 and later crashes.
 int own_first() {
 #ifdef RTLD_DEEPBIND
-  if (!dlsym(RTLD_DEFAULT, "__sanitizer_print_stack_trace")) return RTLD_DEEPBIND;
+  constexpr const char* datum = "_ZNSt5ctypeIcE2idE";  // std::ctype<char>::id
+  void* const library = dlopen("libstdc++.so.6", RTLD_LAZY | RTLD_NOLOAD);
+  const void* const used = dlsym(RTLD_DEFAULT, datum);
+  const bool copied = used && (!library || used != dlsym(library, datum));
+  if (!copied && !dlsym(RTLD_DEFAULT, "__sanitizer_print_stack_trace")) return RTLD_DEEPBIND;
 #endif
   return 0;
 }
