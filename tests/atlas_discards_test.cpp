@@ -26,27 +26,20 @@ Field many_leaves() {
 }
 
 TEST(Atlas, ValuesThatItDiscardsAreInItsBricks) {
-  for (const TexelType texel : {TexelType::float32, TexelType::float16})
-    for (const bool own : {false, true}) {
-      const Field field = many_leaves();
-      AtlasOptions options;
-      options.texel = texel;
-      options.own_texels = own;
-      const BrickAtlas kept = build_atlas(field, options);
-      EXPECT_GE(test::resident_bytes(field), field.leaves.size() * 2048);
-      options.discards_values = true;
-      const BrickAtlas built = build_atlas(field, options);
-      EXPECT_EQ(built.pages.entries, kept.pages.entries);
-      ASSERT_EQ(built.texel_count(), kept.texel_count());
-      if (texel == TexelType::float32)
-        EXPECT_EQ(0,
-                  std::memcmp(built.texels32.get(), kept.texels32.get(), 4 * kept.texel_count()));
-      else
-        EXPECT_EQ(0,
-                  std::memcmp(built.texels16.get(), kept.texels16.get(), 2 * kept.texel_count()));
-      // a page or two stay beside a leaf that is missing, one in 32
-      EXPECT_LE(test::resident_bytes(field), field.leaves.size() * 2048 / 4);
-    }
+  for (const bool own : {false, true}) {
+    const Field field = many_leaves();
+    AtlasOptions options;
+    options.own_texels = own;
+    const BrickAtlas kept = build_atlas(field, options);
+    EXPECT_GE(test::resident_bytes(field), field.leaves.size() * 2048);
+    options.discards_values = true;
+    const BrickAtlas built = build_atlas(field, options);
+    EXPECT_EQ(built.pages.entries, kept.pages.entries);
+    ASSERT_EQ(built.texel_count(), kept.texel_count());
+    EXPECT_EQ(0, std::memcmp(built.texels.get(), kept.texels.get(), 4 * kept.texel_count()));
+    // a page or two stay beside a leaf that is missing, one in 32
+    EXPECT_LE(test::resident_bytes(field), field.leaves.size() * 2048 / 4);
+  }
 }
 
 TEST(Atlas, WhatLiesBesideAnotherIsDiscardedInAnyOrderOfLeaves) {
@@ -56,7 +49,7 @@ TEST(Atlas, WhatLiesBesideAnotherIsDiscardedInAnyOrderOfLeaves) {
   std::ranges::reverse(field.leaves);
   const BrickAtlas kept = build_beside(field, layout, {});
   const BrickAtlas built = build_beside(field, layout, {.discards_values = true});
-  EXPECT_EQ(0, std::memcmp(built.texels32.get(), kept.texels32.get(), 4 * kept.texel_count()));
+  EXPECT_EQ(0, std::memcmp(built.texels.get(), kept.texels.get(), 4 * kept.texel_count()));
 }
 
 TEST(Atlas, AMarginKeepsTheValuesThatItReadsLast) {
@@ -68,7 +61,7 @@ TEST(Atlas, AMarginKeepsTheValuesThatItReadsLast) {
   options.discards_values = true;
   const BrickAtlas built = build_atlas(field, options);
   ASSERT_EQ(built.texel_count(), kept.texel_count());
-  EXPECT_EQ(0, std::memcmp(built.texels32.get(), kept.texels32.get(), 4 * kept.texel_count()));
+  EXPECT_EQ(0, std::memcmp(built.texels.get(), kept.texels.get(), 4 * kept.texel_count()));
 }
 
 }  // namespace

@@ -77,8 +77,8 @@ TEST(Codes, TexelsGoAsTheyAreStored) {
   const BrickAtlas &density = atlas.density, &light = *atlas.luminance;
   const std::size_t bytes = density.size.texel_bytes + light.size.texel_bytes;
   const auto resident = [&] {
-    return test::resident_bytes(density.texels32.get(), density.size.texel_bytes) +
-           test::resident_bytes(light.texels32.get(), light.size.texel_bytes);
+    return test::resident_bytes(density.texels.get(), density.size.texel_bytes) +
+           test::resident_bytes(light.texels.get(), light.size.texel_bytes);
   };
   const BrickAtlas kept = coded_in_turn(atlas).density;
   EXPECT_GE(resident(), bytes);

@@ -50,7 +50,7 @@ void expect_half_steps(const BrickAtlas& full, const BrickAtlas& codes,
     const double bound =
         (0.5 + 65536 * 1.2e-7) * step + 6e-8 * std::max(std::abs(brick.min), std::abs(brick.max));
     for (int i = 0; i < brick_texels; ++i) {
-      const float value = full.texels32[slot * brick_texels + std::size_t(i)];
+      const float value = full.texels[slot * brick_texels + std::size_t(i)];
       for (const bool as_end : {false, true}) {
         const int z = i % 9;
         if (as_end ? z == 0 : z == 8) continue;
@@ -80,7 +80,7 @@ TEST(Codes, EveryValueIsWithinHalfAStep) {
       const CodeWidths widths = fixed_widths(atlas, type);
       const BrickAtlas codes = coded(atlas.density, *widths);
       expect_half_steps(atlas.density, codes, *widths);
-      EXPECT_EQ(codes.texels32, nullptr);
+      EXPECT_EQ(codes.texels, nullptr);
       EXPECT_EQ(codes.size.texel_bytes, coded_bytes(atlas.density, *widths));
       EXPECT_GT(codes.size.texel_bytes, before);
       before = codes.size.texel_bytes;

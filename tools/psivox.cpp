@@ -210,7 +210,7 @@ int main(int argc, char** argv) {
     return fail(error.code() == ExitCode::usage ? who : "psivox", error.what(), error.code());
   } catch (const std::bad_alloc&) {
     return fail("psivox",
-                "out of memory; try a smaller --resolution, or --texel float16 for a large volume",
+                "out of memory; try a smaller --resolution, or --lod 1 for a large volume",
                 ExitCode::memory);
   } catch (const std::exception& error) {
     if (lacks_threads(error))

@@ -82,8 +82,10 @@ inline bool sees(const Visibility& visible, const ValueRange& own,
   return own.min <= own.max && visible(own, companions);
 }
 
+/// Ends a message about an atlas that is too large.
+inline constexpr const char* smaller_atlas = "; --lod 1 takes an eighth of it";
+
 struct AtlasOptions {
-  TexelType texel = TexelType::float32;
   /// Largest AtlasSize::bytes(); 0: no limit.
   std::uint64_t memory_limit = 0;
   /// By the values of the field and of `companion`. The atlas stores visible cells only. If unset,
@@ -154,20 +156,18 @@ using CodeWidths = std::shared_ptr<const std::vector<CodeWidth>>;
 /// where they are all 0. Values are the grid's own; texels are z fastest, `channels` interleaved.
 struct BrickAtlas {
   int channels = 1;
-  TexelType texel = TexelType::float32;
   Box domain;  ///< voxels; cells run from min to max - 1
   PageTable pages;
-  std::vector<float> constants;       ///< `channels` floats each
-  std::vector<BrickStats> bricks;     ///< one per textured brick, in slot order
-  std::vector<glm::ivec3> places;     ///< of these bricks [8 voxels]; of equal ones the first
-  bool own_texels = false;            ///< no two share a slot, and constants are 0
-  bool absent = false;                ///< some values are NaN: a cell with such a corner is vacuum
-  std::shared_ptr<float[]> texels32;  ///< brick_texels * channels a slot, or null
-  std::shared_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
-  std::shared_ptr<std::uint64_t[]> codes;     ///< instead of texels, see CodeWidth
-  std::vector<std::uint32_t> code_places{};   ///< of these, by slot: the payloads of their entries
-  int code_unit = code_words;                 ///< words of a channel that a payload counts
-  Visibility visible{};                       ///< set if the field's values alone decide it
+  std::vector<float> constants;     ///< `channels` floats each
+  std::vector<BrickStats> bricks;   ///< one per textured brick, in slot order
+  std::vector<glm::ivec3> places;   ///< of these bricks [8 voxels]; of equal ones the first
+  bool own_texels = false;          ///< no two share a slot, and constants are 0
+  bool absent = false;              ///< some values are NaN: a cell with such a corner is vacuum
+  std::shared_ptr<float[]> texels;  ///< brick_texels * channels a slot, or null
+  std::shared_ptr<std::uint64_t[]> codes;    ///< instead of texels, see CodeWidth
+  std::vector<std::uint32_t> code_places{};  ///< of these, by slot: the payloads of their entries
+  int code_unit = code_words;                ///< words of a channel that a payload counts
+  Visibility visible{};                      ///< set if the field's values alone decide it
   /// Codes are boxes of rows (CodedRows) if these take at most this part of the words of whole
   /// bricks. With boxes the march takes 2 to 9 % longer on a CPU.
   double most_boxes = 0.6;
@@ -179,7 +179,7 @@ struct BrickAtlas {
 
 /// The largest |v[i-1] - 2 v[i] + v[i+1]| of each textured brick's channels, in slot order. It is
 /// taken along the three axes about every voxel, including those on the faces, whose neighbours lie
-/// in the next brick. The texels must be float32. Bricks that are not wanted have 0; if none are
+/// in the next brick. The atlas must have texels. Bricks that are not wanted have 0; if none are
 /// listed, all are.
 std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>& wanted = {});
 
@@ -201,7 +201,7 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field);
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options);
 
 /// Finds these blocks from the field's atlas, which was built by these options with own_texels and
-/// float32: nothing is gathered again. Unset if it was not, or if the options have a companion.
+/// has texels: nothing is gathered again. Unset if it was not, or if the options have a companion.
 std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
                                                       const AtlasOptions& options,
                                                       const BrickAtlas& atlas);
@@ -212,12 +212,11 @@ double most_visible_blocks(const Field& field);
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
 /// Bricks also cover absent lower neighbours, because the interpolation of a leaf's values reaches
 /// into them.
-/// Throws Error(memory) over the limit, before allocating; Error(input) if a value does not fit
-/// float16.
+/// Throws Error(memory) over the limit, before allocating.
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
 
 /// Stores a field of the same transform in the bricks of `layout`, which must have own_texels:
-/// pages and slots are the same. Of the options texel, memory_limit and discards_values count.
+/// pages and slots are the same. Of the options memory_limit and discards_values count.
 /// Throws as build_atlas does.
 BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options);
 
@@ -226,9 +225,9 @@ BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const Atla
 CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
-/// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
+/// A scalar atlas with codes of these widths in place of its texels, and of what is
 /// beside it. most_boxes decides whether bricks are boxes of rows or whole; code_unit tells.
-/// `discards_texels`: the float32 texels of both lose their values, and the system gets their
+/// `discards_texels`: the texels of both lose their values, and the system gets their
 /// memory as codes are stored, if that is_worth_discarding().
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr, bool discards_texels = false);

@@ -63,7 +63,7 @@ struct Record {
 
 Record record_of(const BrickAtlas& atlas, std::size_t slot) {
   const auto channels = std::size_t(atlas.channels);
-  const float* values = atlas.texels32.get() + slot * brick_texels * channels;
+  const float* values = atlas.texels.get() + slot * brick_texels * channels;
   if (channels == 1)
     return {values, 1, atlas.bricks[slot].min, atlas.bricks[slot].max, atlas.absent};
   LaneRange<brick_texels> range;
@@ -183,7 +183,7 @@ CodeLayout layout_of(const BrickAtlas& atlas, const std::vector<CodeWidth>& widt
   boxes.bricks.resize(widths.size());
   tbb::parallel_for(std::size_t{0}, widths.size(), [&](std::size_t slot) {
     boxes.bricks[slot] =
-        visible_rows(atlas.texels32.get() + slot * brick_texels, widths[slot], atlas.visible);
+        visible_rows(atlas.texels.get() + slot * brick_texels, widths[slot], atlas.visible);
   });
   boxes.place();
   const bool are_worthwhile = double(boxes.words()) <= atlas.most_boxes * double(whole.words());
@@ -192,7 +192,7 @@ CodeLayout layout_of(const BrickAtlas& atlas, const std::vector<CodeWidth>& widt
 
 void discard_texels(const BrickAtlas& atlas, std::size_t first, std::size_t end) {
   const std::size_t floats = brick_texels * std::size_t(atlas.channels);
-  discard_values(atlas.texels32.get() + first * floats, (end - first) * floats * sizeof(float));
+  discard_values(atlas.texels.get() + first * floats, (end - first) * floats * sizeof(float));
 }
 
 }  // namespace
@@ -247,10 +247,10 @@ std::uint64_t coded_bytes(const BrickAtlas& atlas, const std::vector<CodeWidth>&
 
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside, bool discards_texels) {
-  if (!atlas.texels32 && !atlas.bricks.empty())
+  if (!atlas.texels && !atlas.bricks.empty())
     throw Error(ExitCode::failure, "codes are of float32 texels");
   BrickAtlas result = atlas;
-  result.texels32.reset();
+  result.texels.reset();
   const std::size_t records = channels_of(beside);
   CodeLayout layout = layout_of(atlas, widths);
   result.code_unit = layout.unit;

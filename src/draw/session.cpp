@@ -115,8 +115,7 @@ void Session::Impl::hold(const Box& bricks) {
 void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need,
                           const StageProgress& progress, PreparationTimes& times) {
   if (!lighting) return;
-  const MediumAtlas* dark =
-      parts.marches_whole() ? &atlas.of(view, view.scene.texel, times) : nullptr;
+  const MediumAtlas* dark = parts.marches_whole() ? &atlas.of(view, times) : nullptr;
   const LightSource source{[&](const View& from) { return parts.light_depths(from); },
                            [&](const View& from) { return parts.exact_depths(from, dark); }, dark,
                            parts.light_share(unlit.density), [&] { atlas.discard_density(unlit); }};
@@ -126,7 +125,7 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
     served = lighting->serves(wanted, source, need);
     if (served) return;
     if (dark) {
-      atlas.upload(parts.marcher(), view, host_texel(view.scene.texel), Filter::exact, times);
+      atlas.upload(parts.marcher(), view, TexelType::float32, Filter::exact, times);
     } else {  // the light that is there may be half of what the memory holds
       view.medium = lighting->dark();
       lighting->forget();
@@ -164,7 +163,7 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
                               PreparationTimes& times) {
   enter(wish.progress, Stage::choosing);
-  const MediumAtlas* grids = parts.whole() ? &atlas.of(view, marched.scene.texel, times) : nullptr;
+  const MediumAtlas* grids = parts.whole() ? &atlas.of(view, times) : nullptr;
   const Stopwatch watch;
   MarchPlan result =
       choose_march(parts, marched, wish, grids, lighting ? lighting->error() : LightError{});
@@ -183,7 +182,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
       wish.last && marches && parts.whole() && !wish.layers.error && !wish.layers.bound;
   if (!slice) prepare(parts, wanted, wish, times);
   if (atlas.discards) {
-    atlas.of(view, wanted.scene.texel, times);
+    atlas.of(view, times);
     atlas.discard_fields(view.medium);
   }
   std::optional<MarchPlan> chosen = wish.plan;
@@ -208,7 +207,7 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     // light four times as exact: its remaining error changes the estimate by 3 %
     if (lighting && lighting->error().rms > 0)
       light(parts, wanted, {.rms = lighting->error().rms / 4}, wish.progress, times);
-    atlas.upload(marcher, view, host_texel(wanted.scene.texel), Filter::exact, times);
+    atlas.upload(marcher, view, TexelType::float32, Filter::exact, times);
     picture.add_error(view.medium);
   }
   if (marches && wish.layers.bound) picture.add_bound(unlit);
@@ -234,7 +233,7 @@ Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish
   check_deep(wanted.scene, parts);
   PreparationTimes times;
   prepare(parts, wanted, wish, times);
-  const MediumAtlas& grids = atlas.of(view, wanted.scene.texel, times);
+  const MediumAtlas& grids = atlas.of(view, times);
   Drawn drawn = deep_picture(wanted, grids, lighting ? light_share : 0,
                              of_stage(wish.progress, Stage::marching));
   if (lighting) drawn.light = lighting->description();
@@ -281,7 +280,7 @@ void Session::convert(bool last) {
   View dark = impl_->view;
   dark.medium = impl_->unlit;
   if (!impl_->atlas.empty() || split_of(dark, {}, {}, impl_->memory_limit).whole)
-    impl_->atlas.of(impl_->view, impl_->view.scene.texel, times);
+    impl_->atlas.of(impl_->view, times);
 }
 
 void Session::prepare(Marcher& marcher, const Wish& wish) {
@@ -320,7 +319,7 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
 std::vector<Explanation> Session::explain() {
   PreparationTimes times;
   const View view = impl_->viewed({});
-  const MediumAtlas& grids = impl_->atlas.of(view, view.scene.texel, times);
+  const MediumAtlas& grids = impl_->atlas.of(view, times);
   if (!view.scene.tolerance) return psivox::explain(view, grids);
   if (!view.medium.light) return psivox::explain(plan_march(view, grids).march->view, grids);
   std::vector<Explanation> lines = psivox::explain(view, grids);
@@ -333,7 +332,7 @@ std::vector<Explanation> Session::explain() {
 std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pixel) {
   PreparationTimes times;
   const View view = impl_->viewed({.scene = scene});
-  return pick_point(view, impl_->atlas.of(impl_->view, view.scene.texel, times), pixel);
+  return pick_point(view, impl_->atlas.of(impl_->view, times), pixel);
 }
 
 CheckedError Session::check_error(const Image& picture, int pixels, const StageProgress& progress) {
@@ -341,9 +340,9 @@ CheckedError Session::check_error(const Image& picture, int pixels, const StageP
   const Stopwatch watch;
   if (impl_->lighting) {
     PreparationTimes times;
-    view.medium = impl_->lighting->exact_medium(
-        view, impl_->atlas.of(view, view.scene.texel, times), checked_rays(view, picture, pixels),
-        of_stage(progress, Stage::lighting));
+    view.medium = impl_->lighting->exact_medium(view, impl_->atlas.of(view, times),
+                                                checked_rays(view, picture, pixels),
+                                                of_stage(progress, Stage::lighting));
   }
   const double light_ms = watch.ms();
   CheckedError error = check_pixels(view, picture, pixels, of_stage(progress, Stage::checking));

@@ -48,37 +48,26 @@ void WholeAtlas::discard_fields(const Medium& medium) {
     discard(medium.luminance);
 }
 
-double WholeAtlas::bytes() const {
-  double bytes = 0;
-  for (const auto& [texel, atlas] : atlases_) bytes += double(atlas.size().bytes());
-  return bytes;
-}
-
 void WholeAtlas::clear() {
   coded_.reset();
-  atlases_.clear();
+  atlas_.reset();
   uploads_.clear();
   texels_are_gone_ = false;
 }
 
-const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, PreparationTimes& times) {
-  texel = host_texel(texel);
-  const auto found = atlases_.find(texel);
-  if (found != atlases_.end()) return found->second;
+const MediumAtlas& WholeAtlas::of(const View& view, PreparationTimes& times) {
+  if (atlas_) return *atlas_;
   const Stopwatch watch;
-  View converted = view;
-  converted.scene.texel = texel;
   const bool discarding = discards && only_bricks_need(view.medium);
   if (discarding) gone_.push_back(view.medium.density);
-  const MediumAtlas& built =
-      atlases_.emplace(texel, build_medium_atlas(converted, discarding)).first->second;
+  atlas_ = build_medium_atlas(view, discarding);
   times.atlas_ms += watch.ms();
-  return built;
+  return *atlas_;
 }
 
 const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                          PreparationTimes& times, bool last) {
-  const MediumAtlas& atlas = of(view, texel, times);
+  const MediumAtlas& atlas = of(view, times);
   const CodeWidths widths = codes ? codes : fixed_widths(atlas, texel);
   if (!widths) return atlas;
   if (coded_ && *coded_->widths == *widths) return coded_->atlas;
@@ -93,8 +82,7 @@ const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelT
                                       Filter filter, PreparationTimes& times,
                                       const CodeWidths& codes, bool last) {
   const MediumAtlas& wanted = on_device(view, texel, codes, times, last);
-  std::uint64_t& number =
-      wanted.density.codes ? coded_->number : uploads_[{host_texel(texel), filter}];
+  std::uint64_t& number = wanted.density.codes ? coded_->number : uploads_[filter];
   if (number == 0 || marcher.holds != number) {
     marcher.holds = 0;
     marcher.upload(wanted, filter);
@@ -103,22 +91,18 @@ const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelT
   }
   marcher.may_discard = last;
   texels_are_gone_ = texels_are_gone_ || last;
-  if (last && wanted.density.codes)
-    for (auto& [type, atlas] : atlases_) {
-      atlas.density.texels32.reset();
-      if (atlas.paired) atlas.luminance->texels32.reset();
-    }
+  if (last && wanted.density.codes) {
+    atlas_->density.texels.reset();
+    if (atlas_->paired) atlas_->luminance->texels.reset();
+  }
   return wanted;
 }
 
 void WholeAtlas::relight(const View& view) {
   coded_.reset();
-  View shining = view;
-  const bool discarding = discards && atlases_.size() == 1;
-  if (discarding) gone_.push_back(view.medium.luminance);
-  for (auto& [texel, lit] : atlases_) {
-    shining.scene.texel = texel;
-    add_luminance(lit, shining, discarding);
+  if (atlas_) {
+    if (discards) gone_.push_back(view.medium.luminance);
+    add_luminance(*atlas_, view, discards);
   }
   uploads_.clear();
 }

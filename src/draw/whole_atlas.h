@@ -4,36 +4,34 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <utility>
 #include <vector>
 
-#include "atlas/atlas_plan.h"
 #include "march/marcher.h"
 #include "psivox/draw.h"
 
 namespace psivox {
 
-/// The atlases of a whole medium, in float32 or float16 or both, and the codes that were made of
-/// them last, as long as the medium is drawn as one part.
+/// The atlas of a whole medium, and the codes that were made of it last, as long as the medium is
+/// drawn as one part.
 class WholeAtlas {
  public:
   /// Lets values of fields and bricks go as soon as a picture needs them no more.
   bool discards = false;
-  bool has_bricks() const { return !atlases_.empty() && !texels_are_gone_; }
+  bool has_bricks() const { return atlas_ && !texels_are_gone_; }
   /// Whether some are gone.
   bool has_gaps() const { return texels_are_gone_ || !gone_.empty(); }
   /// Reads the fields' values again, and clears.
   void restore();
 
-  bool empty() const { return atlases_.empty(); }
-  /// What they take on the host [bytes].
-  double bytes() const;
+  bool empty() const { return !atlas_; }
+  /// What it takes on the host [bytes].
+  double bytes() const { return atlas_ ? double(atlas_->size().bytes()) : 0; }
   void clear();
 
-  /// The atlas of a view with that texel type, built if it is not there.
-  const MediumAtlas& of(const View& view, TexelType texel, PreparationTimes& times);
+  /// The atlas of a view, built if it is not there.
+  const MediumAtlas& of(const View& view, PreparationTimes& times);
   /// The atlas as the device stores it: in codes of these widths, in the texel type's own codes, or
-  /// as bricks. `last`: float32 texels are freed as codes are stored.
+  /// as bricks. `last`: texels are freed as codes are stored.
   const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                PreparationTimes& times, bool last = false);
   /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads. If it
@@ -58,10 +56,10 @@ class WholeAtlas {
   /// Lets a field's values go, until restore().
   void discard(const std::shared_ptr<const Field>& field);
 
-  std::map<TexelType, MediumAtlas> atlases_;
-  bool texels_are_gone_ = false;                                   ///< those of the atlases
-  std::vector<std::shared_ptr<const Field>> gone_;                 ///< fields without values
-  std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
+  std::optional<MediumAtlas> atlas_;
+  bool texels_are_gone_ = false;                    ///< those of the atlas
+  std::vector<std::shared_ptr<const Field>> gone_;  ///< fields without values
+  std::map<Filter, std::uint64_t> uploads_;         ///< of the atlas: their numbers
   std::optional<Coded> coded_;
 };
 

@@ -16,10 +16,10 @@ struct WebUniform {
   std::vector<double> values;
 };
 
-/// Some channels of a texture's entries: numbers of `size` bytes.
+/// Some channels of a texture's entries: numbers of 4 bytes.
 struct WebNumbers {
   std::string_view bytes;
-  int size = 4, channels = 1;
+  int channels = 1;
 };
 
 /// Entries for texture buffers, one after the other.

@@ -74,7 +74,6 @@ class Builder {
   }
 
   BrickAtlas build(const Field& field, AtlasOptions options) {
-    options.texel = view_.scene.texel;
     options.memory_limit = left_;
     BrickAtlas atlas = build_atlas(field, options);
     use(atlas);
@@ -85,8 +84,7 @@ class Builder {
   void add_luminance(MediumAtlas& atlas, bool discards = false) {
     const Field& luminance = *view_.medium.luminance;
     atlas.paired = view_.medium.lit && atlas.density.own_texels;
-    const AtlasOptions options{
-        .texel = view_.scene.texel, .memory_limit = left_, .discards_values = discards};
+    const AtlasOptions options{.memory_limit = left_, .discards_values = discards};
     atlas.luminance =
         atlas.paired ? build_beside(luminance, atlas.density, options) : build(luminance, options);
   }
@@ -98,9 +96,7 @@ class Builder {
       const bool lit = other.lit;
       OtherBricks& part = parts.emplace_back(
           OtherBricks{.volume = i, .bricks = build(*other.density, {.own_texels = lit})});
-      if (lit)
-        part.light = build_beside(*other.luminance, part.bricks,
-                                  {.texel = view_.scene.texel, .memory_limit = left_});
+      if (lit) part.light = build_beside(*other.luminance, part.bricks, {.memory_limit = left_});
       for (std::size_t k = 0; k < other.emission.size(); ++k)
         parts.push_back({.volume = i, .emits = k, .bricks = build(*other.emission[k].field, {})});
     }
@@ -208,7 +204,6 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   const Medium& medium = view.medium;
   const Box stored{region.min - ghost, region.max + ghost};
   const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
-    options.texel = view.scene.texel;
     options.region = part.value_or(everywhere);
     // a region is a small part of the domain: a dense table of it would be the largest of all
     options.top_entries = region_top_entries;
@@ -220,8 +215,8 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   result.greatest = greatest ? *greatest : density_range(medium).y;
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
-    result.luminance = build_beside(field_of_bricks(*medium.luminance, stored, false),
-                                    result.density, {.texel = view.scene.texel});
+    result.luminance =
+        build_beside(field_of_bricks(*medium.luminance, stored, false), result.density, {});
   } else if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;
@@ -241,7 +236,7 @@ MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths
   const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
   result.density = coded(atlas.density, widths, beside, discards_texels);
   if (atlas.paired) {
-    result.luminance->texels32.reset();
+    result.luminance->texels.reset();
     result.luminance->size.texel_bytes = 0;
   }
   return result;

@@ -56,7 +56,7 @@ bool needs_every_value(const Scene& scene);
 /// function, and where an emission grid needs walking though the density is empty there.
 AtlasOptions density_options(const View& view);
 
-/// Builds the atlases with the view's texel type and memory limit, which counts all of them. Of a
+/// Builds the atlases within the view's memory limit, which counts all of them. Of a
 /// view whose light is still to be computed the luminance is left out. `discards_density`: as
 /// AtlasOptions::discards_values. Throws as build_atlas does.
 MediumAtlas build_medium_atlas(const View& view, bool discards_density = false);

@@ -5,12 +5,12 @@ const row = 4096;  // entries of a texture's row, as in shaders/webgl.glsl
 const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, preserveDrawingBuffer: true});
 
 function formats(name) {
-  const half = name.endsWith("16F"), uint = name.endsWith("UI");
+  const uint = name.endsWith("UI");
   const channels = name.match(/^[RGBA]+/)[0].length;
   return {
-    channels, internal: gl[name], type: uint ? gl.UNSIGNED_INT : half ? gl.HALF_FLOAT : gl.FLOAT,
+    channels, internal: gl[name], type: uint ? gl.UNSIGNED_INT : gl.FLOAT,
     format: uint ? [gl.RED_INTEGER, gl.RG_INTEGER, , gl.RGBA_INTEGER][channels - 1] : [gl.RED, gl.RG, gl.RGB, gl.RGBA][channels - 1],
-    array: uint ? Uint32Array : half ? Uint16Array : Float32Array,
+    array: uint ? Uint32Array : Float32Array,
   };
 }
 

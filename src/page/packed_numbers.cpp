@@ -37,19 +37,18 @@ std::string deflated(std::string bytes) {
 
 /// The numbers as the page holds them: their first bytes, then their second ones, ..., deflated.
 /// Neighbours are alike in their high bytes, which deflates to less.
-std::string packed(const gl::WebNumbers& numbers) {
-  const auto size = std::size_t(numbers.size);
-  const std::size_t count = numbers.bytes.size() / size;
-  std::string planes(numbers.bytes.size(), '\0');
+std::string packed(std::string_view bytes, std::size_t size) {
+  const std::size_t count = bytes.size() / size;
+  std::string planes(bytes.size(), '\0');
   for (std::size_t k = 0; k < size; ++k)
-    for (std::size_t i = 0; i < count; ++i) planes[k * count + i] = numbers.bytes[i * size + k];
+    for (std::size_t i = 0; i < count; ++i) planes[k * count + i] = bytes[i * size + k];
   return base64(deflated(std::move(planes)));
 }
 
 template <typename T>
 std::string packed(const std::vector<T>& numbers) {
-  return packed({{reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T)},
-                 int(sizeof(T))});
+  return packed({reinterpret_cast<const char*>(numbers.data()), numbers.size() * sizeof(T)},
+                sizeof(T));
 }
 
 /// A channel's codes in a brick (CodeWidth) as what the seven corners before each voxel do not
@@ -110,7 +109,7 @@ std::vector<std::string> packed(const gl::WebTexture& texture) {
   if (texture.code_channels > 0)
     return packed_codes(texture.channels[0].bytes, texture.code_channels, texture.code_unit);
   std::vector<std::string> texts;
-  for (const gl::WebNumbers& some : texture.channels) texts.push_back(packed(some));
+  for (const gl::WebNumbers& some : texture.channels) texts.push_back(packed(some.bytes, 4));
   return texts;
 }
 
