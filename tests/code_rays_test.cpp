@@ -40,12 +40,8 @@ void expect_coded_rays(const std::string& what, const View& view) {
   const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
   const BrickCodes codes = brick_codes(atlas.density, widths, beside);
   const auto by_codes = rays_of(view, PixelMarch(view, atlas, {}, &codes));
-  EXPECT_EQ(coded(atlas, widths).density.size.texel_bytes,
-            coded_bytes(atlas.density, widths, beside));
-  // of whole bricks: beside a box light is that of its face, see code_boxes_test.cpp
-  MediumAtlas whole = atlas;
-  whole.density.visible = {};
-  const auto stored = rays_of(view, PixelMarch(view, coded(whole, widths)));
+  EXPECT_EQ(coded(atlas, widths).density.size.texel_bytes, coded_bytes(widths, beside));
+  const auto stored = rays_of(view, PixelMarch(view, coded(atlas, widths)));
   // all else is in double: two units in the last place of float32 below 1
   EXPECT_LE(greatest_difference(by_codes, stored), 1.2e-7) << what;
   EXPECT_GE(greatest_difference(by_codes, rays_of(view, PixelMarch(view, atlas))), 1e-4) << what;

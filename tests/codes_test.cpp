@@ -23,7 +23,7 @@ constexpr int bits[] = {7, 12, 16};
 
 double step_of(const BrickAtlas& atlas, std::size_t slot) {
   const std::uint64_t head = atlas.codes[std::size_t(atlas.code_places[slot]) * code_words];
-  return double(std::bit_cast<float>(std::uint32_t(head >> 32) & ~CodedRows::mask));
+  return double(std::bit_cast<float>(std::uint32_t(head >> 32) & ~code_width_bits));
 }
 
 /// The brick's value at a voxel, from the word that begins with it or ends with it.
@@ -81,7 +81,7 @@ TEST(Codes, EveryValueIsWithinHalfAStep) {
       const BrickAtlas codes = coded(atlas.density, *widths);
       expect_half_steps(atlas.density, codes, *widths);
       EXPECT_EQ(codes.texels, nullptr);
-      EXPECT_EQ(codes.size.texel_bytes, coded_bytes(atlas.density, *widths));
+      EXPECT_EQ(codes.size.texel_bytes, coded_bytes(*widths));
       EXPECT_GT(codes.size.texel_bytes, before);
       before = codes.size.texel_bytes;
     }

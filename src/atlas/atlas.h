@@ -121,33 +121,18 @@ struct AtlasOptions {
 /// Codes store a brick as offset + step * code, in rows of nine along z. A word of 64 bits has the
 /// codes at the ends of 8, 4 or 2 cells. Its last code is repeated as the first of the next word,
 /// so that one load has both ends of any cell. The word before the rows has the offset and the
-/// step, as floats; the lowest bits of the step tell the width and the rows (CodedRows). Each
-/// channel beside the density has words of its own, of the same width and rows: word i of all
-/// channels, then word i + 1.
+/// step, as floats; the lowest two bits of the step tell the width. Each channel beside the density
+/// has words of its own, of the same width: word i of all channels, then word i + 1.
 enum class CodeWidth : std::uint8_t { bits7, bits12, bits16 };
 
-/// Words of a channel of a brick of the narrowest codes.
+/// Words of a channel of a brick of the narrowest codes, which payloads of entries count. Wider
+/// ones have two or four times as many.
 inline constexpr int code_words = 1 + brick_values * brick_values;
 
-/// The rows that a brick in codes has: a box of x and y, which holds all visible cells. In place of
-/// a row beside the box the march reads the nearest one, a row of the box's face. A face has only
-/// values of cells that are not visible, so that what is read beside the box is not visible either.
-struct CodedRows {
-  CodeWidth width = CodeWidth::bits7;
-  glm::ivec2 first{0};            ///< x and y of the first row
-  glm::ivec2 cells{brick_cells};  ///< between the first and the last one; at least 1
+/// The bits of a step that count as 0 to the step itself; the lowest two have the width.
+inline constexpr std::uint32_t code_width_bits = (1u << 14) - 1;
 
-  /// The bits of the step that hold them. To the step itself they count as 0.
-  static constexpr std::uint32_t mask = (1u << 14) - 1;
-  static CodedRows of_head(std::uint64_t head);
-  std::uint32_t in_step() const;
-  /// Words of a channel.
-  std::size_t words() const {
-    return 1 + (std::size_t((cells.x + 1) * (cells.y + 1)) << int(width));
-  }
-  /// The same in units of some words.
-  std::size_t units(int unit) const { return (words() - 1) / std::size_t(unit) + 1; }
-};
+constexpr CodeWidth width_of_head(std::uint64_t head) { return CodeWidth(head >> 32 & 3); }
 
 /// The widths of an atlas's bricks, in slot order. Null: no codes.
 using CodeWidths = std::shared_ptr<const std::vector<CodeWidth>>;
@@ -166,11 +151,6 @@ struct BrickAtlas {
   std::shared_ptr<float[]> texels;  ///< brick_texels * channels a slot, or null
   std::shared_ptr<std::uint64_t[]> codes;    ///< instead of texels, see CodeWidth
   std::vector<std::uint32_t> code_places{};  ///< of these, by slot: the payloads of their entries
-  int code_unit = code_words;                ///< words of a channel that a payload counts
-  Visibility visible{};                      ///< set if the field's values alone decide it
-  /// Codes are boxes of rows (CodedRows) if these take at most this part of the words of whole
-  /// bricks. With boxes the march takes 2 to 9 % longer on a CPU.
-  double most_boxes = 0.6;
   AtlasSize size;
 
   std::size_t code_count() const { return codes ? size.texel_bytes / sizeof(std::uint64_t) : 0; }
@@ -226,7 +206,7 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
 /// A scalar atlas with codes of these widths in place of its texels, and of what is
-/// beside it. most_boxes decides whether bricks are boxes of rows or whole; code_unit tells.
+/// beside it.
 /// `discards_texels`: the texels of both lose their values, and the system gets their
 /// memory as codes are stored, if that is_worth_discarding().
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,

@@ -86,10 +86,10 @@ void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
       (options.keeps_absent && result.absent) || result.channels > 1 || !result.texels ||
       result.bricks.size() >> entry_slot_bits)
     return;
-  result.visible = options.visible ? options.visible : is_not_zero;
+  const Visibility visible = options.visible ? options.visible : is_not_zero;
   std::vector<std::uint32_t> hidden(result.bricks.size());
   tbb::parallel_for(std::size_t{0}, hidden.size(), [&](std::size_t slot) {
-    hidden[slot] = hidden_octants(result.texels.get() + slot * brick_texels, result.visible);
+    hidden[slot] = hidden_octants(result.texels.get() + slot * brick_texels, visible);
   });
   result.pages.octants = true;
   for (std::uint32_t& entry : result.pages.entries)

@@ -64,8 +64,7 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
     textures.push_back({name + "_codes",
                         beside ? "RGBA32UI" : "RG32UI",
                         {{codes, beside ? 4 : 2}},
-                        beside ? 1 + beside->channels : 1,
-                        atlas.code_unit});
+                        beside ? 1 + beside->channels : 1});
     return;
   }
   WebTexture texels{name + "_texels", {}, {texels_of(atlas)}};

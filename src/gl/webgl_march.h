@@ -27,7 +27,6 @@ struct WebTexture {
   std::string name, format;  ///< `RGBA32F`
   std::vector<WebNumbers> channels;
   int code_channels = 0;  ///< of bricks in codes (CodeWidth); 0: these are no codes
-  int code_unit = 0;      ///< words of a channel that payloads count
 };
 
 /// How a camera's rays come into a grid's voxels (RayBundle).
