@@ -112,8 +112,6 @@ struct AtlasOptions {
   bool mark_octants = false;
   /// Keeps bricks whose values are all absent, as constants of NaN, apart from those of 0.
   bool keeps_absent = false;
-  /// Discards the field's values as soon as their bricks are stored; only where may_discard.
-  bool discards_values = false;
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };
@@ -194,22 +192,26 @@ double most_visible_blocks(const Field& field);
 /// into them.
 /// Throws Error(memory) over the limit, before allocating.
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
+/// Its values go as their bricks are stored.
+BrickAtlas build_atlas(Field&& field, const AtlasOptions& options = {});
 
 /// Stores a field of the same transform in the bricks of `layout`, which must have own_texels:
-/// pages and slots are the same. Of the options memory_limit and discards_values count.
+/// pages and slots are the same. Of the options memory_limit counts.
 /// Throws as build_atlas does.
-BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options);
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout,
+                        const AtlasOptions& options = {});
+BrickAtlas build_beside(Field&& field, const BrickAtlas& layout, const AtlasOptions& options = {});
 
 /// Widths of codes with which no value is off by more than half of a step: of the atlas by slot,
 /// and of what is beside it, if anything is. Null if a brick needs more than 16 bits.
 CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
-/// A scalar atlas with codes of these widths in place of its texels, and of what is
-/// beside it.
-/// `discards_texels`: the texels of both lose their values, and the system gets their
-/// memory as codes are stored, if that is_worth_discarding().
+/// A scalar atlas with codes of these widths in place of its texels, and of what is beside it.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside = nullptr, bool discards_texels = false);
+                 const BrickAtlas* beside = nullptr);
+/// Stores them where the texels are, if they fit.
+BrickAtlas coded(BrickAtlas&& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside = nullptr);
 
 }  // namespace psivox

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <type_traits>
 
@@ -125,9 +126,11 @@ void encode(const Record& record, int channel, CodeWidth width, std::uint64_t* w
 /// Of a channel of a brick [words].
 std::size_t words_of(CodeWidth width) { return std::size_t(code_words) << int(width); }
 
-void discard_texels(const BrickAtlas& atlas, std::size_t first, std::size_t end) {
-  const std::size_t floats = brick_texels * std::size_t(atlas.channels);
-  discard_values(atlas.texels.get() + first * floats, (end - first) * floats * sizeof(float));
+/// Where codes of these widths begin, by slot, and where they end, in units of `code_words`.
+std::vector<std::uint32_t> places_of(const std::vector<CodeWidth>& widths) {
+  std::vector<std::uint32_t> places{0};
+  for (const CodeWidth width : widths) places.push_back(places.back() + (1u << int(width)));
+  return places;
 }
 
 }  // namespace
@@ -166,60 +169,79 @@ BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& wi
 }
 
 std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, const BrickAtlas* beside) {
-  std::size_t words = 0;
-  for (const CodeWidth width : widths) words += words_of(width);
-  return words * channels_of(beside) * sizeof(std::uint64_t);
+  return places_of(widths).back() * code_words * channels_of(beside) * sizeof(std::uint64_t);
 }
 
-BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside, bool discards_texels) {
+/// Stores a brick's codes, and of what is beside it.
+static void encode(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t slot,
+                   CodeWidth width, std::uint64_t* to) {
+  const std::size_t records = channels_of(beside);
+  const std::size_t rows = std::size_t(brick_values * brick_values) << int(width);
+  std::fill(to + (1 + rows) * records, to + words_of(width) * records, 0);
+  for_records(atlas, beside, slot, [&](const Record& record) {
+    if (!record.can_be_coded())
+      throw Error(ExitCode::input, "values reach from " + std::to_string(record.min) + " to " +
+                                       std::to_string(record.max) +
+                                       ", beyond codes; use --texel float32");
+    for (int channel = 0; channel < record.channels; ++channel)
+      encode(record, channel, width, to++, records);
+  });
+}
+
+static BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                        const BrickAtlas* beside, bool replaces) {
   if (!atlas.texels && !atlas.bricks.empty())
     throw Error(ExitCode::failure, "codes are of float32 texels");
   BrickAtlas result = atlas;
   result.texels.reset();
-  const std::size_t records = channels_of(beside);
-  std::uint32_t end_place = 0;
-  for (const CodeWidth width : widths) {
-    result.code_places.push_back(end_place);
-    end_place += std::uint32_t(1) << int(width);
-  }
+  std::vector<std::uint32_t> places = places_of(widths);
+  const std::uint32_t end = places.back();
   PageTable& pages = result.pages;
-  pages.octants = pages.octants && end_place >> entry_slot_bits == 0;
+  pages.octants = pages.octants && end >> entry_slot_bits == 0;
   for (std::uint32_t& entry : pages.entries) {
     if (entry_kind(entry) != EntryKind::brick) continue;
     const std::uint32_t hidden = pages.octants ? entry_payload(entry) >> entry_slot_bits : 0;
-    entry = make_entry(EntryKind::brick,
-                       result.code_places[atlas.pages.slot(entry)] | hidden << entry_slot_bits);
+    entry =
+        make_entry(EntryKind::brick, places[atlas.pages.slot(entry)] | hidden << entry_slot_bits);
   }
-  const std::size_t unit = code_words * records, words = end_place * unit;
-  result.codes = page_array<std::uint64_t>(words);
-  const auto store = [&](std::size_t slot) {
-    const CodeWidth width = widths[slot];
-    std::uint64_t* to = result.codes.get() + result.code_places[slot] * unit;
-    const std::size_t rows = std::size_t(brick_values * brick_values) << int(width);
-    std::fill(to + (1 + rows) * records, to + words_of(width) * records, 0);
-    for_records(atlas, beside, slot, [&](const Record& record) {
-      if (!record.can_be_coded())
-        throw Error(ExitCode::input, "values reach from " + std::to_string(record.min) + " to " +
-                                         std::to_string(record.max) +
-                                         ", beyond codes; use --texel float32");
-      for (int channel = 0; channel < record.channels; ++channel)
-        encode(record, channel, width, to++, records);
-    });
-  };
-  const std::size_t bricks = result.bricks.size();
-  discards_texels =
-      discards_texels && is_worth_discarding(bricks * brick_texels * records * sizeof(float));
-  const std::size_t at_once = discards_texels ? 1024 : bricks;
+  const std::size_t bricks = widths.size(), unit = code_words * channels_of(beside);
+  // codes of a brick must lie before the texels of the next
+  for (std::size_t slot = 0; slot < bricks && replaces; ++slot)
+    replaces = places[slot + 1] * unit * sizeof(std::uint64_t) <=
+               (slot + 1) * brick_texels * sizeof(float);
+  if (replaces)
+    result.codes = {atlas.texels, reinterpret_cast<std::uint64_t*>(atlas.texels.get())};
+  else
+    result.codes = page_array<std::uint64_t>(end * unit);
+  const std::size_t at_once = replaces ? 1024 : bricks;
+  std::vector<std::uint64_t> some;  // beside the texels that they replace
   for (std::size_t first = 0; first < bricks; first += at_once) {
-    const std::size_t end = std::min(first + at_once, bricks);
-    tbb::parallel_for(first, end, store);
-    if (!discards_texels) continue;
-    discard_texels(atlas, first, end);
-    if (beside) discard_texels(*beside, first, end);
+    const std::size_t last = std::min(first + at_once, bricks), begin = places[first] * unit;
+    const std::size_t words = places[last] * unit - begin;
+    if (replaces) some.resize(words);
+    std::uint64_t* const to = replaces ? some.data() : result.codes.get();
+    tbb::parallel_for(first, last, [&](std::size_t slot) {
+      encode(atlas, beside, slot, widths[slot], to + places[slot] * unit - begin);
+    });
+    if (replaces) std::memcpy(result.codes.get() + begin, to, words * sizeof(std::uint64_t));
   }
-  result.size.texel_bytes = words * sizeof(std::uint64_t);
+  if (replaces)
+    give_back(result.codes.get() + end * unit,
+              atlas.texel_count() * sizeof(float) - end * unit * sizeof(std::uint64_t));
+  places.pop_back();
+  result.code_places = std::move(places);
+  result.size.texel_bytes = end * unit * sizeof(std::uint64_t);
   return result;
+}
+
+BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside) {
+  return coded(atlas, widths, beside, /*replaces=*/false);
+}
+
+BrickAtlas coded(BrickAtlas&& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside) {
+  return coded(atlas, widths, beside, /*replaces=*/bool(atlas.texels));
 }
 
 }  // namespace psivox

@@ -112,13 +112,13 @@ class Filler {
     const std::size_t texels = result.places.size() * per_brick_;
     result.bricks.resize(result.places.size());
     result.texels = page_array<float>(texels);
-    ask_for_large_pages(result.texels.get(), texels * sizeof(float));
   }
 
-  /// All bricks. If values may go, they do as soon as no brick behind needs them.
-  void fill(const Field& field, bool discards) {
+  /// All bricks. If the field's storage is given, its blocks go as soon as no brick behind needs
+  /// them.
+  void fill(const Field& field, Storage* storage) {
     const std::size_t count = result_.places.size();
-    if (!discards) return fill(0, count);
+    if (!storage) return fill(0, count);
     constexpr std::size_t at_once = 1024;  // 3 MiB of scalars
     // the least leaf that some bricks or those behind them need
     std::vector<std::size_t> needed((count + at_once - 1) / at_once + 1, field.leaves.size());
@@ -128,11 +128,9 @@ class Filler {
     });
     for (std::size_t n = needed.size(); n-- > 1;)
       needed[n - 1] = std::min(needed[n - 1], needed[n]);
-    discard_leaves(field, 0, needed.front());
     for (std::size_t n = 0; n + 1 < needed.size(); ++n) {
       fill(n * at_once, std::min((n + 1) * at_once, count));
-      constexpr std::size_t page = 32;  // leaves in the largest: one that was begun goes whole
-      discard_leaves(field, needed[n] / page * page, needed[n + 1]);
+      storage->drop_before(needed[n + 1]);
     }
   }
 
@@ -166,16 +164,25 @@ AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
   return make_plan(field, options).atlas.size;
 }
 
-BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
+static BrickAtlas build(const Field& field, const AtlasOptions& options, Storage* storage) {
   Plan plan = make_plan(field, options);
   plan.atlas.absent = field.absent;
   check_limit(plan.atlas.size, field.name, options);
-  Filler(plan.source, plan.atlas).fill(field, options.discards_values);
+  Filler(plan.source, plan.atlas).fill(field, storage);
   mark_octants(options, plan.atlas);
   return std::move(plan.atlas);
 }
 
-BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
+BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
+  return build(field, options, nullptr);
+}
+
+BrickAtlas build_atlas(Field&& field, const AtlasOptions& options) {
+  return build(field, options, &field.storage);
+}
+
+static BrickAtlas build_beside(const Field& field, const BrickAtlas& layout,
+                               const AtlasOptions& options, Storage* storage) {
   BrickAtlas result;
   result.channels = field.channels;
   result.domain = layout.domain;
@@ -189,8 +196,16 @@ BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const Atla
   result.size.texel_bytes = atlas::texel_bytes(result.places.size(), field.channels);
   check_limit(result.size, field.name, options);
   const BrickSource source(field);
-  Filler(source, result).fill(field, options.discards_values);
+  Filler(source, result).fill(field, storage);
   return result;
+}
+
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
+  return build_beside(field, layout, options, nullptr);
+}
+
+BrickAtlas build_beside(Field&& field, const BrickAtlas& layout, const AtlasOptions& options) {
+  return build_beside(field, layout, options, &field.storage);
 }
 
 }  // namespace psivox

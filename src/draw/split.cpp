@@ -227,11 +227,11 @@ Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ive
 
 }  // namespace
 
-Copies copies_of(const Marcher& marcher, const View& view, bool discards) {
+Copies copies_of(const Marcher& marcher, const View& view, bool replaces) {
   if (!marcher.draws_in_place() || view.scene.filter != Filter::exact) return {};
   // codes, and pairs of density and light, are made of texels
   const bool made = has_codes(view.scene.texel) || view.medium.light;
-  return {.whole = discards ? 1 : 2, .part = made ? 2 : 1};
+  return {.whole = replaces ? 1 : 2, .part = made ? 2 : 1};
 }
 
 std::string light_obstacle(const View& view) {

@@ -1,12 +1,9 @@
 #include "draw/whole_atlas.h"
 
-#include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "base/stopwatch.h"
-#include "field/leaf_values.h"
-#include "march/grids.h"
-#include "plan/plan.h"
 
 namespace psivox {
 namespace {
@@ -17,50 +14,23 @@ std::uint64_t next_upload() {
   return ++last;
 }
 
-/// Whether nothing else than its own bricks is made of the density's values from now on.
-bool only_bricks_need(const Medium& medium) {
-  return may_discard(*medium.density) && !medium.light && !medium.lit &&
-         std::ranges::count(fields_of(medium), medium.density.get()) == 1;
-}
-
 }  // namespace
 
-void WholeAtlas::restore() {
-  for (const auto& field : gone_)
-    if (field->origin) restore_leaves(*field);  // else it is light
-  gone_.clear();
-  clear();
-}
-
-void WholeAtlas::discard(const std::shared_ptr<const Field>& field) {
-  if (std::ranges::count(gone_, field)) return;
-  gone_.push_back(field);
-  discard_leaves(*field, 0, field->leaves.size());
-}
-
-void WholeAtlas::discard_density(const Medium& medium) {
-  if (discards && may_discard(*medium.density)) discard(medium.density);
-}
-
-void WholeAtlas::discard_fields(const Medium& medium) {
-  discard_density(medium);
-  if (discards && medium.luminance && (medium.lit || may_discard(*medium.luminance)))
-    discard(medium.luminance);
+double WholeAtlas::bytes() const {
+  return empty() ? 0 : double((atlas_ ? *atlas_ : coded_->atlas).size().bytes());
 }
 
 void WholeAtlas::clear() {
   coded_.reset();
   atlas_.reset();
   uploads_.clear();
-  texels_are_gone_ = false;
 }
 
-const MediumAtlas& WholeAtlas::of(const View& view, PreparationTimes& times) {
+const MediumAtlas& WholeAtlas::of(const View& view, PreparationTimes& times,
+                                  std::optional<Field> density) {
   if (atlas_) return *atlas_;
   const Stopwatch watch;
-  const bool discarding = discards && only_bricks_need(view.medium);
-  if (discarding) gone_.push_back(view.medium.density);
-  atlas_ = build_medium_atlas(view, discarding);
+  atlas_ = build_medium_atlas(view, std::move(density));
   times.atlas_ms += watch.ms();
   return *atlas_;
 }
@@ -73,7 +43,9 @@ const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, cons
   if (coded_ && *coded_->widths == *widths) return coded_->atlas;
   const Stopwatch watch;
   coded_.reset();  // before the next take memory
-  coded_ = {widths, coded(atlas, *widths, last), next_upload()};
+  coded_ = {widths, last ? coded(std::move(*atlas_), *widths) : coded(atlas, *widths),
+            next_upload()};
+  if (last) atlas_.reset();
   times.atlas_ms += watch.ms();
   return coded_->atlas;
 }
@@ -89,21 +61,12 @@ const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelT
     if (number == 0) number = next_upload();
     marcher.holds = number;
   }
-  marcher.may_discard = last;
-  texels_are_gone_ = texels_are_gone_ || last;
-  if (last && wanted.density.codes) {
-    atlas_->density.texels.reset();
-    if (atlas_->paired) atlas_->luminance->texels.reset();
-  }
   return wanted;
 }
 
-void WholeAtlas::relight(const View& view) {
+void WholeAtlas::relight(const View& view, std::optional<Field> luminance) {
   coded_.reset();
-  if (atlas_) {
-    if (discards) gone_.push_back(view.medium.luminance);
-    add_luminance(*atlas_, view, discards);
-  }
+  if (atlas_) add_luminance(*atlas_, view, std::move(luminance));
   uploads_.clear();
 }
 

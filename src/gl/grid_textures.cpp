@@ -11,9 +11,7 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <type_traits>
 
-#include "base/memory.h"
 #include "gl/march_program.h"
 #include "march/marcher.h"
 
@@ -25,9 +23,9 @@ namespace psivox::gl {
 class AtlasTextures {
  public:
   /// `beside`: an atlas of the same bricks, whose texels become further channels of this one's; for
-  /// exact filtering only. `discard`: see GridTextures. Throws Error(graphics) where the device's
-  /// limits are too small, Error(memory) where its memory is.
-  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside, bool discard);
+  /// exact filtering only. Throws Error(graphics) where the device's limits are too small,
+  /// Error(memory) where its memory is.
+  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside);
   ~AtlasTextures();
   AtlasTextures(const AtlasTextures&) = delete;
   AtlasTextures& operator=(const AtlasTextures&) = delete;
@@ -45,7 +43,7 @@ class AtlasTextures {
   GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes, GLbitfield flags = 0);
   GLuint texture_of_last_buffer(GLenum format) const;
   /// A texture of an atlas's array, from the value `first` on. A driver that draws on the CPU uses
-  /// the array itself. Else the values of an array of float32 are discarded if they may be.
+  /// the array itself.
   template <typename T>
   GLuint texel_texture(GLenum format, const std::shared_ptr<T[]>& array, std::size_t first,
                        std::size_t count);
@@ -66,7 +64,7 @@ class AtlasTextures {
   std::vector<GLuint> storage_;                      ///< buffer objects
   std::vector<std::shared_ptr<const void>> arrays_;  ///< that the driver uses
   std::uint64_t max_texels_ = 0;
-  bool discard_, in_place_;
+  bool in_place_;
   int texels_per_buffer_ = brick_texels;
 };
 
@@ -93,9 +91,8 @@ bool draws_from_host() {
          epoxy_has_gl_extension("GL_AMD_pinned_memory");
 }
 
-AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside,
-                             bool discard)
-    : discard_(discard), in_place_(draws_from_host()) {
+AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside)
+    : in_place_(draws_from_host()) {
   GLint limit = 0;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   max_texels_ = std::uint64_t(limit);
@@ -161,16 +158,7 @@ GLuint AtlasTextures::texel_texture(GLenum format, const std::shared_ptr<T[]>& a
     arrays_.push_back(array);
     return texture_of_last_buffer(format);
   }
-  constexpr std::size_t piece = std::size_t{1} << 20;
-  if (!discard_ || !std::is_same_v<T, float> || !is_worth_discarding(count * sizeof(T)))
-    return buffer_texture(format, texels, count * sizeof(T));
-  const GLuint texture = buffer_texture(format, nullptr, count * sizeof(T), GL_DYNAMIC_STORAGE_BIT);
-  for (std::size_t at = 0; at < count; at += piece) {
-    const std::size_t bytes = std::min(piece, count - at) * sizeof(T);
-    glNamedBufferSubData(storage_.back(), GLintptr(at * sizeof(T)), GLsizeiptr(bytes), texels + at);
-    discard_values(texels + at, bytes);
-  }
-  return texture;
+  return buffer_texture(format, texels, count * sizeof(T));
 }
 
 void AtlasTextures::upload_pages(const std::vector<std::uint32_t>& entries) {
@@ -236,9 +224,6 @@ GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& be
     });
     glNamedBufferSubData(storage_.back(), GLintptr(first * width * sizeof(float)),
                          GLsizeiptr(size * width * sizeof(float)), pairs.data());
-    if (!discard_) continue;
-    discard_values(own + first, size * sizeof(float));
-    discard_values(other + first * others, size * others * sizeof(float));
   }
   return texture;
 }
@@ -291,7 +276,7 @@ void AtlasTextures::bind(int first_unit) const {
   for (const GLuint texture : texels_) glBindTextureUnit(unit++, texture);
 }
 
-GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter, bool discard)
+GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
     : atlas_(atlas), filter_(filter) {
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
   // float32 texels that the device reads from the host's memory are not copied into pairs
@@ -301,7 +286,7 @@ GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter, bool discard
   for (std::size_t i = 0; i < grids.size(); ++i) {
     if (!grids[i] || (pairs && i == luminance_grid)) continue;
     const BrickAtlas* beside = pairs && i == density_grid ? grids[luminance_grid] : nullptr;
-    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter, beside, discard);
+    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter, beside);
     needed += textures_[i]->units();
   }
   GLint units = 0;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -63,15 +64,12 @@ class SealedMemory {
   /// Throws std::runtime_error if another process can still write to it.
   explicit SealedMemory(Descriptor memory);
   std::size_t size() const { return size_; }
-  /// Maps its whole pages to that place, and copies the rest: a page that is not whole could not be
-  /// discarded. Throws std::bad_alloc.
-  void map(char* place) const;
+  /// Its bytes, which stay as long as this is held. Throws std::bad_alloc.
+  std::shared_ptr<const char> map() const;
   /// A copy.
   std::string text() const;
 
  private:
-  void copy(std::size_t from, std::size_t size, char* to) const;
-
   Descriptor memory_;
   std::size_t size_ = 0;
 };

@@ -237,7 +237,7 @@ const MediumFields& KeptFields::of(const Scene& scene) {
   std::string key = fields_key(scene);
   if (!fields_ || key != key_) {
     // first, for they may be large; values that stay for another role are not sent again
-    std::shared_ptr<const void> values;
+    Storage values;
     if (fields_ && fields_->density->name == density_grid(scene, file_))
       values = fields_->density->storage;
     fields_.reset();

@@ -161,8 +161,8 @@ class GuardedReader final : public Reader {
 
   Field read(const std::string& grid, const ReadOptions& options) override {
     const std::lock_guard lock(mutex_);
-    const std::shared_ptr<const void> held = last_storage_.lock();
-    FieldFacts facts = ask(ReadRequest{grid, options, held != nullptr},
+    const Storage held = last_storage();
+    FieldFacts facts = ask(ReadRequest{grid, options, bool(held)},
                            [&](FieldFacts answer, const std::vector<guard::SealedMemory>& blocks) {
                              take_field(answer, blocks, held);
                              check_field(answer, options.role);
@@ -171,8 +171,8 @@ class GuardedReader final : public Reader {
     budget_->deliver(facts.field.leaves.size() * kLeafVoxels *
                      static_cast<std::size_t>(facts.field.channels) * sizeof(float));
     last_ = facts.stored() ? Field() : facts.field;
-    last_storage_ = last_.storage;
-    last_.storage.reset();
+    last_blocks_.assign(last_.storage.blocks.begin(), last_.storage.blocks.end());
+    last_.storage.blocks.clear();
     // from now on that process reads leaves, as long as the field is held
     if (facts.stored())
       facts.field.reader =
@@ -181,8 +181,15 @@ class GuardedReader final : public Reader {
   }
 
  private:
+  /// That of the process's last field, if somebody holds all of it.
+  Storage last_storage() const {
+    Storage held({}, last_.storage.leaves);
+    for (const auto& block : last_blocks_) held.blocks.push_back(block.lock());
+    return std::ranges::count(held.blocks, nullptr) > 0 ? Storage() : held;
+  }
+
   std::unique_ptr<guard::Process> started() {
-    last_storage_.reset();
+    last_blocks_.clear();
     std::vector<guard::SharedFile> files{{file_->path(), file_->descriptor()}};
     if (data_) files.push_back({data_->path(), data_->descriptor()});
     return std::make_unique<guard::Process>(files, budget_, has_grids(*file_));
@@ -213,7 +220,7 @@ class GuardedReader final : public Reader {
   }
 
   void take_field(FieldFacts& facts, const std::vector<guard::SealedMemory>& blocks,
-                  const std::shared_ptr<const void>& held) {
+                  const Storage& held) {
     Field& field = facts.field;
     if (field.channels != 1 && field.channels != 3)
       throw std::runtime_error("an impossible number of channels");
@@ -234,8 +241,8 @@ class GuardedReader final : public Reader {
   std::mutex mutex_;  ///< of what follows: one request at a time
   std::unique_ptr<guard::Process> process_;
   FileFacts facts_;
-  std::weak_ptr<const void> last_storage_;  ///< of the process's last field
-  Field last_;                              ///< its leaves and tiles, without storage
+  Field last_;  ///< of that process: its leaves and tiles, without its storage
+  std::vector<std::weak_ptr<const void>> last_blocks_;  ///< which may be there
 };
 
 std::atomic<Trust> trust = Trust::if_needed;

@@ -194,7 +194,7 @@ class InPlaceReader final : public Reader {
     if (options.active || !read.voxels) return std::move(read.field);
     const std::lock_guard lock(mutex_);
     last_ = read.field;
-    last_.storage.reset();
+    last_.storage = {};
     last_.active_range.reset();
     last_.active_percentiles.clear();
     last_role_ = options.role;

@@ -4,7 +4,6 @@
 #include <utility>
 #include <vector>
 
-#include "base/memory.h"
 #include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
@@ -84,7 +83,6 @@ class ReaderService final : public guard::Service {
            });
   }
 
-  LargePages pages_;
   std::vector<std::shared_ptr<FileBlocks>> files_;  ///< and that of values beside it, or null
   Progress progress_;
   std::unique_ptr<Reader> reader_;

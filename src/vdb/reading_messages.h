@@ -92,7 +92,7 @@ PSIVOX_PACK(LeavesAnswer, values, survey)
 inline void describe(guard::Codec& codec, FieldFacts& facts) {
   auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
          active_range, stored_range, percentiles, width, scale, leaves, tiles, array, storage,
-         origin, reader, survey, replaced, notices] = facts.field;
+         reader, survey, replaced, notices] = facts.field;
   std::vector<glm::ivec3> origins;
   for (const Leaf& leaf : leaves) origins.push_back(leaf.origin);
   codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,

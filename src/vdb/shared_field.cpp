@@ -143,20 +143,20 @@ void take_values(Field& field, const std::vector<guard::SealedMemory>& blocks) {
   const std::size_t size = leaf_bytes(field), at_once = leaves_per_block(field);
   const std::size_t count = field.leaves.size();
   require(blocks.size() == (count + at_once - 1) / at_once, "another number of blocks");
-  std::size_t all = 0;  // known to be true before so many addresses are asked for
+  std::size_t all = 0;
   for (const guard::SealedMemory& block : blocks) {
     require(block.size() == std::min(at_once, count - all / size) * size, "a block's size");
     all += block.size();
   }
-  if (count == 0) return;
-  void* const first =
-      mmap(nullptr, all, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (first == MAP_FAILED) throw std::bad_alloc();
-  field.storage = std::shared_ptr<const void>(first, [all](void* map) { munmap(map, all); });
-  auto* const values = static_cast<char*>(first);
-  for (std::size_t n = 0; n < blocks.size(); ++n) blocks[n].map(values + n * at_once * size);
-  for (std::size_t n = 0; n < count; ++n)
-    field.leaves[n].values = reinterpret_cast<const float*>(values + n * size);
+  std::vector<std::shared_ptr<const void>> maps;
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    const std::shared_ptr<const char> values = blocks[n].map();
+    for (std::size_t leaf = n * at_once; leaf < std::min((n + 1) * at_once, count); ++leaf)
+      field.leaves[leaf].values =
+          reinterpret_cast<const float*>(values.get() + (leaf - n * at_once) * size);
+    maps.push_back(values);
+  }
+  field.storage = Storage(std::move(maps), at_once);
 }
 
 bool is_possible(const ValueSurvey& survey) {
