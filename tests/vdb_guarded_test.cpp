@@ -343,16 +343,6 @@ TEST(GuardedReading, ProgressComesBackAndMayEndTheReading) {
   EXPECT_TRUE(same(file.read("density").leaves, before.leaves, 1));
 }
 
-TEST(GuardedReading, AFieldThatIsHeldSharesItsValuesWithTheNextIfNoneChanges) {
-  const VdbFile file(asset("blobs.vdb"));
-  const Field first = file.read("density");
-  const Field data = file.read("density", {.role = GridRole::data});
-  EXPECT_TRUE(data.active_range);
-  EXPECT_EQ(data.leaves.front().values, first.leaves.front().values);
-  EXPECT_NE(file.read("temperature").storage, first.storage);
-  EXPECT_NE(file.read("density").storage, first.storage);
-}
-
 TEST(GuardedReading, LeavesThatStayInTheFileAreReadThere) {
   const Field whole = VdbFile(asset("blobs.vdb")).read("density");
   Field stored = VdbFile(asset("blobs.vdb")).read("density", {.memory = 1});

@@ -86,18 +86,20 @@ std::optional<Message> receive(int socket) {
   return message;
 }
 
-Descriptor shared_copy(std::string_view bytes) {
+Descriptor shared_copy(std::span<const std::string_view> all) {
   Descriptor memory(memfd_create("psivox answer", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!memory) throw std::bad_alloc();
   // faster than through a mapping, which the system fills page by page
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t written =
-        pwrite(memory.get(), bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
-    if (written < 0 && errno == EFBIG)
-      throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
-    if (written < 0 && errno != EINTR) throw std::bad_alloc();
-    at += static_cast<std::size_t>(std::max<ssize_t>(written, 0));
-  }
+  off_t end = 0;
+  for (std::string_view bytes : all)
+    while (!bytes.empty()) {
+      const ssize_t written = pwrite(memory.get(), bytes.data(), bytes.size(), end);
+      if (written < 0 && errno == EFBIG)
+        throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
+      if (written < 0 && errno != EINTR) throw std::bad_alloc();
+      end += std::max<ssize_t>(written, 0);
+      bytes.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+    }
   return memory;
 }
 

@@ -54,9 +54,10 @@ bool send(int socket, std::string_view bytes, std::span<const int> descriptors =
 /// too long.
 std::optional<Message> receive(int socket);
 
-/// Memory with a copy of the bytes. Throws std::bad_alloc, or std::runtime_error if a limit of file
-/// sizes is in the way.
-Descriptor shared_copy(std::string_view bytes);
+/// Memory with a copy of some bytes, one after another. Throws std::bad_alloc, or
+/// std::runtime_error if a limit of file sizes is in the way.
+Descriptor shared_copy(std::span<const std::string_view> all);
+inline Descriptor shared_copy(std::string_view bytes) { return shared_copy({&bytes, 1}); }
 
 /// Memory that another process has made. From now on nobody can change it or its size.
 class SealedMemory {

@@ -161,18 +161,14 @@ class GuardedReader final : public Reader {
 
   Field read(const std::string& grid, const ReadOptions& options) override {
     const std::lock_guard lock(mutex_);
-    const Storage held = last_storage();
-    FieldFacts facts = ask(ReadRequest{grid, options, bool(held)},
+    FieldFacts facts = ask(ReadRequest{grid, options},
                            [&](FieldFacts answer, const std::vector<guard::SealedMemory>& blocks) {
-                             take_field(answer, blocks, held);
+                             if (!answer.stored()) take_values(answer.field, blocks);
                              check_field(answer, options.role);
                              return answer;
                            });
     budget_->deliver(facts.field.leaves.size() * kLeafVoxels *
                      static_cast<std::size_t>(facts.field.channels) * sizeof(float));
-    last_ = facts.stored() ? Field() : facts.field;
-    last_blocks_.assign(last_.storage.blocks.begin(), last_.storage.blocks.end());
-    last_.storage.blocks.clear();
     // from now on that process reads leaves, as long as the field is held
     if (facts.stored())
       facts.field.reader =
@@ -181,15 +177,7 @@ class GuardedReader final : public Reader {
   }
 
  private:
-  /// That of the process's last field, if somebody holds all of it.
-  Storage last_storage() const {
-    Storage held({}, last_.storage.leaves);
-    for (const auto& block : last_blocks_) held.blocks.push_back(block.lock());
-    return std::ranges::count(held.blocks, nullptr) > 0 ? Storage() : held;
-  }
-
   std::unique_ptr<guard::Process> started() {
-    last_blocks_.clear();
     std::vector<guard::SharedFile> files{{file_->path(), file_->descriptor()}};
     if (data_) files.push_back({data_->path(), data_->descriptor()});
     return std::make_unique<guard::Process>(files, budget_, has_grids(*file_));
@@ -219,30 +207,12 @@ class GuardedReader final : public Reader {
         .front();
   }
 
-  void take_field(FieldFacts& facts, const std::vector<guard::SealedMemory>& blocks,
-                  const Storage& held) {
-    Field& field = facts.field;
-    if (field.channels != 1 && field.channels != 3)
-      throw std::runtime_error("an impossible number of channels");
-    if (facts.same_values) {
-      if (!held || field.channels != last_.channels)
-        throw std::runtime_error("values that it has not sent");
-      field.leaves = last_.leaves;
-      field.tiles = last_.tiles;
-      field.storage = held;
-    } else if (!facts.stored()) {
-      take_values(field, blocks);
-    }
-  }
-
   std::shared_ptr<FileBlocks> file_, data_;
   Progress progress_;
   std::shared_ptr<guard::Budget> budget_;
   std::mutex mutex_;  ///< of what follows: one request at a time
   std::unique_ptr<guard::Process> process_;
   FileFacts facts_;
-  Field last_;  ///< of that process: its leaves and tiles, without its storage
-  std::vector<std::weak_ptr<const void>> last_blocks_;  ///< which may be there
 };
 
 std::atomic<Trust> trust = Trust::if_needed;
