@@ -15,27 +15,14 @@ struct CodedCell {
 
 CodedCell find_codes(int payload, int3 cell) {
   int n = code_texels();
-  int first = payload * code_unit * n;
+  int first = payload * CODE_WORDS * n;
   uint4 head = fetch_code(first);
   int wide = one_width;
   if (one_width < 0) wide = int(head.y & 3u);
   uint width = uint(7 + 5 * wide - (wide >> 1));
   int row = cell.x * BRICK_VALUES + cell.y;
-  int next_x = BRICK_VALUES;  // in rows
-  int next_y = 1;
-  if (code_unit != CODE_WORDS) {  // a box of rows: CodedRows has its bits
-    int bits = int(head.y);
-    int cells_x = ((bits >> 5) & 7) + 1;
-    int cells_y = ((bits >> 11) & 7) + 1;
-    int x = cell.x - ((bits >> 2) & 7);
-    int y = cell.y - ((bits >> 8) & 7);
-    row = clamp(x, 0, cells_x) * (cells_y + 1) + clamp(y, 0, cells_y);
-    // beside the box the nearest row stands for both
-    next_x = uint(x) < uint(cells_x) ? cells_y + 1 : 0;
-    next_y = uint(y) < uint(cells_y) ? 1 : 0;
-  }
   return CodedCell(head, first + (1 + ((row * BRICK_CELLS + cell.z) >> (3 - wide))) * n,
-                   (next_y << wide) * n, (next_x << wide) * n,
+                   (1 << wide) * n, (BRICK_VALUES << wide) * n,
                    uint(cell.z & ((BRICK_CELLS >> wide) - 1)) * width, width);
 }
 
@@ -53,7 +40,7 @@ real2 codes_in(IN(CodedCell) c, uint low, uint high) {
 // A channel's corners, by its code: two numbers of a head.
 Corners code_corners(uint offset, uint step_bits, real2 p, real2 q, real2 r, real2 s) {
   return Corners(real4(p.x, p.y, q.x, q.y), real4(r.x, r.y, s.x, s.y),
-                 real_of_bits(step_bits & ~uint(CODED_ROWS)), real_of_bits(offset));
+                 real_of_bits(step_bits & ~uint(CODE_WIDTH_BITS)), real_of_bits(offset));
 }
 
 // Two channels of a coded brick.

@@ -10,7 +10,6 @@ CONSTANT(bool, absent_voxels)     // some of the density's values are NaN: a cel
 CONSTANT(bool, nearest)           // voxels are cells of one value, and so is light beside the density
 CONSTANT(bool, coded)             // the density's bricks are codes
 CONSTANT(int, one_width)          // CodeWidth of all of them; -1: not the same
-CONSTANT(int, code_unit)          // words of a channel that their payloads count
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks
 CONSTANT(int, other_volumes)      // grids of further volumes, see others.glsl
 CONSTANT(bool, others_shine)      // they have luminance or emission, else they attenuate alone

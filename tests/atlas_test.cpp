@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
-#include <glm/gtc/packing.hpp>
 #include <string>
 #include <tuple>
 
@@ -312,33 +311,6 @@ TEST(Atlas, VectorsKeepTheirThreeChannels) {
   expect_all_values(differs, build_atlas(differs));
 }
 
-TEST(Atlas, HalvesAreTheNearestHalves) {
-  const Field field =
-      make_field({{0, 0, 0}, {20, 20, 20}}, [](glm::ivec3 v) { return 65504.0f * noise(v); });
-  const BrickAtlas half = build_atlas(field, {.texel = TexelType::float16});
-  const BrickAtlas full = build_atlas(field);
-  ASSERT_EQ(half.texel_count(), full.texel_count());
-  EXPECT_EQ(half.texels32, nullptr);
-  EXPECT_EQ(2 * half.size.texel_bytes, full.size.texel_bytes);
-  for (std::size_t i = 0; i < full.texel_count(); ++i) {
-    const float v = glm::unpackHalf1x16(half.texels16[i]);
-    // 11 significant bits: half a unit of the last place is 2^-11 of the value
-    EXPECT_LE(std::abs(v - full.texels32[i]), std::ldexp(full.texels32[i], -11)) << i;
-  }
-}
-
-TEST(Atlas, HalvesRefuseWhatTheyCannotHold) {
-  const auto build = [](float value, TexelType texel) {
-    return build_atlas(make_field({{1, 1, 1}, {2, 2, 2}}, [=](glm::ivec3) { return value; }),
-                       {.texel = texel});
-  };
-  EXPECT_NO_THROW(build(65504.0f, TexelType::float16));
-  EXPECT_NO_THROW(build(65536.0f, TexelType::float32));
-  const std::string message =
-      error_of(ExitCode::input, [&] { build(65536.0f, TexelType::float16); });
-  for (const char* part : {"density", "65536", "65504", "float32"}) EXPECT_TRUE(has(message, part));
-}
-
 TEST(Atlas, PredictionIsWhatIsBuilt) {
   Field mixed = make_field({{-9, 4, 0}, {40, 30, 50}},
                            [](glm::ivec3 v) { return v.x < 16 ? noise(v) : 1.0f; });
@@ -347,17 +319,15 @@ TEST(Atlas, PredictionIsWhatIsBuilt) {
   Field vectors =
       make_vector_field({{0, 0, 0}, {9, 9, 9}}, [](glm::ivec3 v) { return glm::vec3(v); });
   for (const Field* field : {&mixed, &vectors})
-    for (const TexelType texel : {TexelType::float32, TexelType::float16})
-      for (const std::uint64_t top : {std::uint64_t{1} << 22, std::uint64_t{64}}) {
-        const AtlasOptions options{.texel = texel, .top_entries = top};
-        const BrickAtlas atlas = build_atlas(*field, options);
-        expect_same(predict_atlas(*field, options), atlas.size);
-        EXPECT_EQ(atlas.size.page_bytes, atlas.pages.entries.size() * 4);
-        EXPECT_EQ(atlas.size.constant_bytes, atlas.constants.size() * 4);
-        EXPECT_EQ(atlas.size.textured_bricks, atlas.bricks.size());
-        EXPECT_EQ(atlas.size.texel_bytes,
-                  atlas.texel_count() * (texel == TexelType::float16 ? 2u : 4u));
-      }
+    for (const std::uint64_t top : {std::uint64_t{1} << 22, std::uint64_t{64}}) {
+      const AtlasOptions options{.top_entries = top};
+      const BrickAtlas atlas = build_atlas(*field, options);
+      expect_same(predict_atlas(*field, options), atlas.size);
+      EXPECT_EQ(atlas.size.page_bytes, atlas.pages.entries.size() * 4);
+      EXPECT_EQ(atlas.size.constant_bytes, atlas.constants.size() * 4);
+      EXPECT_EQ(atlas.size.textured_bricks, atlas.bricks.size());
+      EXPECT_EQ(atlas.size.texel_bytes, atlas.texel_count() * sizeof(float));
+    }
 }
 
 TEST(Atlas, MemoryLimitIsKeptToTheByte) {
@@ -367,8 +337,7 @@ TEST(Atlas, MemoryLimitIsKeptToTheByte) {
   const std::string message =
       error_of(ExitCode::memory, [&] { build_atlas(field, {.memory_limit = needed - 1}); });
   EXPECT_TRUE(has(message, "density"));
-  EXPECT_TRUE(has(message, "float16"));
-  EXPECT_NO_THROW(build_atlas(field, {.texel = TexelType::float16, .memory_limit = needed - 1}));
+  EXPECT_TRUE(has(message, "--lod"));
 }
 
 TEST(Atlas, StatsAreTheBricksOwn) {
@@ -415,7 +384,7 @@ TEST(Atlas, ThreadsDoNotChangeIt) {
     ASSERT_EQ(again.pages.entries, first.pages.entries);
     ASSERT_EQ(again.constants, first.constants);
     ASSERT_EQ(again.texel_count(), first.texel_count());
-    EXPECT_EQ(0, std::memcmp(again.texels32.get(), first.texels32.get(), 4 * first.texel_count()));
+    EXPECT_EQ(0, std::memcmp(again.texels.get(), first.texels.get(), 4 * first.texel_count()));
   }
 }
 

@@ -72,7 +72,7 @@ View scene_of(int i) {
     default:
       uniform(Integrator::psi_weighted, 0.1);
   }
-  if (i % 11 == 3) scene.texel = TexelType::float16;
+  if (i % 11 == 3) scene.texel = TexelType::code16;
   if (i % 11 == 5) scene.pixel_samples = 2;
   if (i % 13 == 4) scene.early_termination = 1.0 / 16;
   if (i % 13 == 8) scene.mode = Mode::xray;

@@ -11,7 +11,6 @@
 #include "light_cases.h"
 #include "made_fields.h"
 #include "march/march_double.h"
-#include "resident_values.h"
 
 namespace psivox {
 namespace {
@@ -40,12 +39,8 @@ void expect_coded_rays(const std::string& what, const View& view) {
   const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
   const BrickCodes codes = brick_codes(atlas.density, widths, beside);
   const auto by_codes = rays_of(view, PixelMarch(view, atlas, {}, &codes));
-  EXPECT_EQ(coded(atlas, widths).density.size.texel_bytes,
-            coded_bytes(atlas.density, widths, beside));
-  // of whole bricks: beside a box light is that of its face, see code_boxes_test.cpp
-  MediumAtlas whole = atlas;
-  whole.density.visible = {};
-  const auto stored = rays_of(view, PixelMarch(view, coded(whole, widths)));
+  EXPECT_EQ(coded(atlas, widths).density.size.texel_bytes, coded_bytes(widths, beside));
+  const auto stored = rays_of(view, PixelMarch(view, coded(atlas, widths)));
   // all else is in double: two units in the last place of float32 below 1
   EXPECT_LE(greatest_difference(by_codes, stored), 1.2e-7) << what;
   EXPECT_GE(greatest_difference(by_codes, rays_of(view, PixelMarch(view, atlas))), 1e-4) << what;
@@ -66,26 +61,22 @@ TEST(Codes, RaysNeedNoStoredCodes) {
   }
 }
 
-TEST(Codes, TexelsGoAsTheyAreStored) {
-  const Box box{{0, 0, 0}, {111, 111, 111}};  // of 38 MiB
-  MediumAtlas atlas;
-  atlas.density = build_atlas(make_field(box, noise), {.own_texels = true});
-  const Field colours =
-      make_vector_field(box, [](glm::ivec3 v) { return noise(v) * glm::vec3(1, 0.5f, 2); });
-  atlas.luminance = build_beside(colours, atlas.density, {});
-  atlas.paired = true;
-  const BrickAtlas &density = atlas.density, &light = *atlas.luminance;
-  const std::size_t bytes = density.size.texel_bytes + light.size.texel_bytes;
-  const auto resident = [&] {
-    return test::resident_bytes(density.texels32.get(), density.size.texel_bytes) +
-           test::resident_bytes(light.texels32.get(), light.size.texel_bytes);
-  };
-  const BrickAtlas kept = coded_in_turn(atlas).density;
-  EXPECT_GE(resident(), bytes);
-  const BrickAtlas codes = coded(atlas, widths_in_turn(atlas), /*discards_texels=*/true).density;
-  EXPECT_LE(resident(), bytes / 100);  // a page stays where a thousand bricks end
-  ASSERT_EQ(codes.code_count(), kept.code_count());
-  EXPECT_EQ(0, std::memcmp(codes.codes.get(), kept.codes.get(), 8 * codes.code_count()));
+TEST(Codes, TakeThePlaceOfTexelsIfTheyFit) {
+  const Box box{{0, 0, 0}, {111, 111, 111}};  // more bricks than are stored at once
+  for (const bool fits : {true, false}) {
+    MediumAtlas atlas;
+    atlas.density = build_atlas(make_field(box, noise), {.own_texels = true});
+    atlas.luminance = build_beside(make_field(box, noise), atlas.density);
+    atlas.paired = true;
+    std::vector<CodeWidth> widths(atlas.density.bricks.size(), CodeWidth::bits12);
+    if (!fits) widths.front() = CodeWidth::bits16;
+    const BrickAtlas kept = coded(atlas, widths).density;
+    const float* const texels = atlas.density.texels.get();
+    const BrickAtlas codes = coded(std::move(atlas), widths).density;
+    EXPECT_EQ(static_cast<const void*>(codes.codes.get()) == texels, fits);
+    ASSERT_EQ(codes.code_count(), kept.code_count());
+    EXPECT_EQ(0, std::memcmp(codes.codes.get(), kept.codes.get(), 8 * codes.code_count()));
+  }
 }
 
 }  // namespace

@@ -13,7 +13,7 @@
 #include "made_fields.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
-#include "resident_values.h"
+#include "psivox/vdb.h"
 
 namespace psivox {
 namespace {
@@ -23,7 +23,7 @@ constexpr int bits[] = {7, 12, 16};
 
 double step_of(const BrickAtlas& atlas, std::size_t slot) {
   const std::uint64_t head = atlas.codes[std::size_t(atlas.code_places[slot]) * code_words];
-  return double(std::bit_cast<float>(std::uint32_t(head >> 32) & ~CodedRows::mask));
+  return double(std::bit_cast<float>(std::uint32_t(head >> 32) & ~code_width_bits));
 }
 
 /// The brick's value at a voxel, from the word that begins with it or ends with it.
@@ -50,7 +50,7 @@ void expect_half_steps(const BrickAtlas& full, const BrickAtlas& codes,
     const double bound =
         (0.5 + 65536 * 1.2e-7) * step + 6e-8 * std::max(std::abs(brick.min), std::abs(brick.max));
     for (int i = 0; i < brick_texels; ++i) {
-      const float value = full.texels32[slot * brick_texels + std::size_t(i)];
+      const float value = full.texels[slot * brick_texels + std::size_t(i)];
       for (const bool as_end : {false, true}) {
         const int z = i % 9;
         if (as_end ? z == 0 : z == 8) continue;
@@ -80,8 +80,8 @@ TEST(Codes, EveryValueIsWithinHalfAStep) {
       const CodeWidths widths = fixed_widths(atlas, type);
       const BrickAtlas codes = coded(atlas.density, *widths);
       expect_half_steps(atlas.density, codes, *widths);
-      EXPECT_EQ(codes.texels32, nullptr);
-      EXPECT_EQ(codes.size.texel_bytes, coded_bytes(atlas.density, *widths));
+      EXPECT_EQ(codes.texels, nullptr);
+      EXPECT_EQ(codes.size.texel_bytes, coded_bytes(*widths));
       EXPECT_GT(codes.size.texel_bytes, before);
       before = codes.size.texel_bytes;
     }
@@ -227,97 +227,50 @@ TEST_F(CodedMarch, OnlyAPictureOfManyLookUpsPaysForThem) {
   EXPECT_LT(texel_bytes(64, TexelType::automatic), texel_bytes(64, TexelType::float32) / 2);
 }
 
-TEST_F(CodedMarch, WhatTheLastPictureDiscardsIsBuiltAnew) {
+/// The view of a file.
+View of_file(bool light, TexelType texel = TexelType::automatic) {
+  Scene scene;
+  scene.input = PSIVOX_ASSETS "/blobs.vdb";
+  scene.resolution = {64, 48};
+  scene.tolerance = 1e-3;
+  scene.texel = texel;
+  if (light) scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
+  return make_view(scene, read_fields(scene, VdbFile(scene.input)));
+}
+
+TEST_F(CodedMarch, ASessionForOnePictureLeavesNoValuesAndReadsThemAgain) {
   for (const TexelType texel : {TexelType::automatic, TexelType::float32})
     for (const bool light : {false, true}) {
-      Scene scene = asked(1e-3);
-      scene.texel = texel;
-      if (light) scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
-      Session session(view_of(scene, mixed()));
       Wish wish;
       wish.fewest_bytes = true;
-      const Image kept = session.draw(*Gpu::renderer(), wish).image;
-      Session other(view_of(scene, mixed()));
-      wish.last = true;
-      const Image last = other.draw(*Gpu::renderer(), wish).image;
-      EXPECT_EQ(compare_images(kept, last).max, 0);
-      EXPECT_EQ(compare_images(kept, other.draw(*Gpu::renderer(), wish).image).max, 0);
-      wish.layers.error = true;
-      EXPECT_EQ(compare_images(kept, other.draw(*Gpu::renderer(), wish).image).max, 0);
+      const Image kept = Session(of_file(light, texel)).draw(*Gpu::renderer(), wish).image;
+      Session session(of_file(light, texel), /*for_one_picture=*/true);
+      const auto draws_the_same = [&] {
+        const auto& values = session.view().medium.density->storage.blocks;
+        const std::weak_ptr<const void> first = values.empty() ? nullptr : values.front();
+        EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), wish).image).max, 0);
+        return first.expired();
+      };
+      for (int i = 0; i < 2; ++i) EXPECT_TRUE(draws_the_same());  // the second reads again
+      EXPECT_TRUE(session.view().medium.density->leaves.empty());
+      session.convert();
+      EXPECT_TRUE(draws_the_same());
+      EXPECT_LE(session.check_error(kept, 16).rms, 2e-3);
+      wish.layers.bound = true;  // needs the field
+      EXPECT_FALSE(draws_the_same());
     }
 }
 
-/// The mixed field as if it came from a file.
-Field from_file() {
-  Field field = mixed();
-  field.origin =
-      std::make_shared<const FieldOrigin>(FieldOrigin{field.storage, [] { return mixed(); }});
-  return field;
-}
-
-TEST_F(CodedMarch, ALastPictureLeavesNoValuesOfItsFile) {
-  for (const bool light : {false, true}) {
-    Scene scene = asked(1e-3);
-    if (light) scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
-    Session session(view_of(scene, from_file()));
-    const Field& density = *session.view().medium.density;
-    const std::size_t all = value_bytes(density);
-    const Image kept = session.draw(*Gpu::renderer()).image;
-    EXPECT_GE(test::resident_bytes(density), all);
-    const Wish last{.last = true};
-    for (int i = 0; i < 2; ++i) {  // the second reads again
-      EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), last).image).max, 0);
-      EXPECT_LE(test::resident_bytes(density), test::discarded_bytes());
-      if (light) {
-        EXPECT_LE(test::resident_bytes(*session.view().medium.luminance), test::discarded_bytes());
-      }
-    }
-    EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer()).image).max, 0);
-    EXPECT_GE(test::resident_bytes(density), all);
-    Wish bound = last;
-    bound.layers.bound = true;  // needs the field
-    EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), bound).image).max, 0);
-    EXPECT_GE(test::resident_bytes(density), all);
-    session.convert(/*last=*/true);
-    EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), last).image).max, 0);
-  }
-}
-
-TEST_F(CodedMarch, ValuesGoBeforeLightIsSummedUpAndComeBackAfterACancellation) {
-  Scene scene = asked(1e-3);
-  scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
-  Session session(view_of(scene, from_file()));
-  const Field& density = *session.view().medium.density;
-  std::size_t least = value_bytes(density);
-  Wish last{.last = true};
-  last.progress = [&](Stage stage, double) {
-    least = std::min(least, test::resident_bytes(density));
-    if (stage == Stage::lighting && least <= test::discarded_bytes())
-      throw Error(ExitCode::failure, "cancelled");
+TEST_F(CodedMarch, ASessionForOnePictureReadsValuesAgainAfterACancellation) {
+  Session session(of_file(true), /*for_one_picture=*/true);
+  Wish wish;
+  wish.progress = [](Stage stage, double) {
+    if (stage == Stage::marching) throw Error(ExitCode::failure, "cancelled");
   };
-  EXPECT_THROW(session.draw(*Gpu::renderer(), last), Error);
-  EXPECT_LE(least, test::discarded_bytes());
-  last.progress = {};
-  const Image picture = session.draw(*Gpu::renderer(), last).image;
-  Session other(view_of(scene, from_file()));
-  EXPECT_EQ(compare_images(picture, other.draw(*Gpu::renderer()).image).max, 0);
-}
-
-TEST_F(CodedMarch, ValuesThatOthersHoldStay) {
-  const Field held = from_file();
-  Session session(view_of(asked(1e-3), held));
-  session.draw(*Gpu::renderer(), {.last = true});
-  EXPECT_GE(test::resident_bytes(held), value_bytes(held));
-}
-
-TEST_F(CodedMarch, AFileThatHasChangedIsAnError) {
-  Field field = from_file();
-  field.origin = std::make_shared<const FieldOrigin>(
-      FieldOrigin{field.storage, [] { return signed_noise(); }});
-  Session session(view_of(asked(1e-3), field));
-  field = {};
-  session.draw(*Gpu::renderer(), {.last = true});
-  EXPECT_THROW(session.draw(*Gpu::renderer()), Error);
+  EXPECT_THROW(session.draw(*Gpu::renderer(), wish), Error);
+  EXPECT_TRUE(session.view().medium.density->leaves.empty());
+  const Image picture = session.draw(*Gpu::renderer()).image;
+  EXPECT_EQ(compare_images(picture, Session(of_file(true)).draw(*Gpu::renderer()).image).max, 0);
 }
 
 TEST_F(CodedMarch, ValuesThatNeedFloat32KeepIt) {

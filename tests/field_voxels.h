@@ -122,7 +122,7 @@ inline glm::vec3 atlas_value(const BrickAtlas& atlas, const PageEntry& entry,
     }
     const glm::ivec3 d = voxel - entry.box.min;
     const auto texel = static_cast<std::size_t>((d.x * 9 + d.y) * 9 + d.z);
-    value[static_cast<int>(c)] = atlas.texels32[(entry.payload * 729 + texel) * channels + c];
+    value[static_cast<int>(c)] = atlas.texels[(entry.payload * 729 + texel) * channels + c];
   }
   return value;
 }

@@ -190,7 +190,6 @@ TEST_F(LightLatticeGpu, DepthsAreThoseInDouble) {
       Scene scene = lit_scene(direction);
       scene.transfer_function = function;
       if (!function.empty()) scene.extinction = 0.05;
-      if (direction == oblique[1]) scene.texel = TexelType::float16;
       const View view = view_of(scene, mixed());
       const MediumAtlas atlas = build_medium_atlas(view);
       gl.upload(atlas);

@@ -59,12 +59,9 @@ Field three_glows() {
 /// The views that test the limits: a march of each kind, with luminance of each kind.
 std::vector<std::pair<std::string, View>> views() {
   const auto density = share(mixed()), colour = share(three_glows());
-  Scene halves = near_limits();
-  halves.texel = TexelType::float16;
   return {
       {"cells, constant", view_of(near_limits(), density)},
       {"cells, vector", make_view(near_limits(), density, colour)},
-      {"halves", make_view(halves, density, colour)},
       {"corrected ends", view_of(looking(with(near_limits(), Integrator::psi_balanced, 0.8),
                                          {12.3, 9.1, 10.7}, {-20, 14, 2}),
                                  density, Glow::density)},

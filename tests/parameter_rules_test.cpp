@@ -104,8 +104,8 @@ TEST(Validate, RefusesOptionsWithoutTheirCounterpart) {
 
 TEST(Tolerance, ExcludesEveryParameterOfTheMethod) {
   const std::vector<Setting> method = {
-      {"sampling", "uniform"}, {"integrator", "average"}, {"step", "2"},        {"segments", "3"},
-      {"split-knots", "true"}, {"filter", "hardware"},    {"texel", "float16"},
+      {"sampling", "uniform"}, {"integrator", "average"}, {"step", "2"},       {"segments", "3"},
+      {"split-knots", "true"}, {"filter", "hardware"},    {"texel", "code16"},
   };
   std::size_t excluded = 0;
   for (const Parameter& p : parameters()) excluded += p.under_tolerance != UnderTolerance::free;

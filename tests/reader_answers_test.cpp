@@ -94,7 +94,7 @@ TEST(ReaderAnswers, ValuesComeInBlocksThatNobodyCanChange) {
     made.leaves.push_back({glm::ivec3(0, 0, 8 * n), values.data() + n * 512});
     values[std::size_t(n) * 512 + 7] = float(n);
   }
-  std::vector<guard::Descriptor> blocks = shared_values(made);
+  std::vector<guard::Descriptor> blocks = shared_values(Field(made));
   ASSERT_EQ(blocks.size(), 3u);
   const guard::Descriptor last(dup(blocks.back().get()));
   Field taken = made;
@@ -108,7 +108,7 @@ TEST(ReaderAnswers, ValuesComeInBlocksThatNobodyCanChange) {
 TEST(ReaderAnswers, BlocksMustHaveTheirSizeAndStayAsTheyAre) {
   const MadeField made;
   const auto take = [&](const std::function<void(std::vector<guard::Descriptor>&)>& spoil) {
-    std::vector<guard::Descriptor> blocks = shared_values(made.field);
+    std::vector<guard::Descriptor> blocks = shared_values(Field(made.field));
     spoil(blocks);
     Field field = made.field;
     take_values(field, sealed(std::move(blocks)));

@@ -25,7 +25,6 @@
 #include "guard/service.h"
 #include "guard_limits.h"
 #include "psivox/vdb.h"
-#include "resident_values.h"
 #include "scratch.h"
 #include "thrown.h"
 #include "vdb/reader.h"
@@ -205,17 +204,12 @@ int shared_mappings() {
   return count;
 }
 
-TEST(GuardedReading, DiscardedValuesLeaveSharedMemoryAndComeAgain) {
-  const Field expected = VdbFile(asset("blobs.vdb")).read("density");
+TEST(GuardedReading, ValuesThatAreDroppedLeaveSharedMemory) {
   const int before = shared_mappings();
-  const Field field = VdbFile(asset("blobs.vdb")).read("density");
+  Field field = VdbFile(asset("blobs.vdb")).read("density");
   EXPECT_EQ(shared_mappings(), before + 1);
-  ASSERT_TRUE(may_discard(field));
-  discard_leaves(field, 0, field.leaves.size());
+  field.storage.drop_before(field.storage.leaves);
   EXPECT_EQ(shared_mappings(), before);
-  EXPECT_LE(test::resident_bytes(field), test::discarded_bytes());
-  restore_leaves(field);
-  EXPECT_TRUE(same(field.leaves, expected.leaves, 1));
 }
 
 TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
@@ -347,16 +341,6 @@ TEST(GuardedReading, ProgressComesBackAndMayEndTheReading) {
   EXPECT_THROW(file.read("temperature"), Cancelled);
   cancel = false;
   EXPECT_TRUE(same(file.read("density").leaves, before.leaves, 1));
-}
-
-TEST(GuardedReading, AFieldThatIsHeldSharesItsValuesWithTheNextIfNoneChanges) {
-  const VdbFile file(asset("blobs.vdb"));
-  const Field first = file.read("density");
-  const Field data = file.read("density", {.role = GridRole::data});
-  EXPECT_TRUE(data.active_range);
-  EXPECT_EQ(data.leaves.front().values, first.leaves.front().values);
-  EXPECT_NE(file.read("temperature").storage, first.storage);
-  EXPECT_NE(file.read("density").storage, first.storage);
 }
 
 TEST(GuardedReading, LeavesThatStayInTheFileAreReadThere) {

@@ -138,32 +138,6 @@ TEST(VdbReading, TopologyAloneGivesAllButValues) {
   }
 }
 
-TEST(VdbReading, AFieldThatIsHeldSharesItsValuesWithTheNextIfNoneChanges) {
-  const auto grid = new_grid<openvdb::FloatGrid>();
-  grid->setName("positive");
-  grid->tree().setValue(Coord(1, 2, 3), 4.0f);
-  const auto signed_grid = grid->deepCopy();
-  signed_grid->setName("signed");
-  signed_grid->tree().setValue(Coord(1, 2, 4), -4.0f);
-  const VdbFile file(test::write_vdb({grid, signed_grid}));
-  const auto read = [&](const std::string& name, GridRole role) { return file.read(name, {role}); };
-
-  Field held = read("positive", GridRole::attenuation);
-  const Field data = read("positive", GridRole::data);
-  EXPECT_EQ(data.leaves.at(0).values, held.leaves.at(0).values);
-  EXPECT_EQ(data.active_range, glm::vec2(4, 4));
-  held = {};
-  EXPECT_EQ(FieldVoxels(data).voxel({1, 2, 3}, 0), 4.0);
-
-  // An attenuation must not be negative, data may be: neither field changes the other.
-  const Field as_data = read("signed", GridRole::data);
-  const Field as_attenuation = read("signed", GridRole::attenuation);
-  const Field as_data_again = read("signed", GridRole::data);
-  EXPECT_EQ(FieldVoxels(as_data).voxel({1, 2, 4}, 0), -4.0);
-  EXPECT_EQ(FieldVoxels(as_attenuation).voxel({1, 2, 4}, 0), 0.0);
-  EXPECT_EQ(FieldVoxels(as_data_again).voxel({1, 2, 4}, 0), -4.0);
-}
-
 TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {
   const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
   const VdbFile file(path);

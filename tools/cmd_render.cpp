@@ -13,7 +13,6 @@
 #include <optional>
 #include <vector>
 
-#include "base/memory.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -166,12 +165,11 @@ class RenderJob {
     std::future<std::shared_ptr<Marcher>> opened;
     if (!call_.output.empty())
       opened = std::async(std::launch::async, [scene = scene_, place = team_->place()] {
-        const LargePages pages;
         return open_own(scene, place);
       });
     std::optional<Session> session;
     team_->agree([&] {
-      session.emplace(read());
+      session.emplace(read(), !is_page_name(call_.output) && !call_.check_error);
       if (team_->first()) check_outputs(call_, call_.output);
       describe(*session);
     });
@@ -255,7 +253,6 @@ class RenderJob {
     Wish wish = wish_of(call_);
     wish.team = team_;
     wish.progress = bar.stages();
-    wish.last = !is_page_name(call_.output) && !call_.check_error;
     report_.drawn = session.draw(marcher, wish);
   }
 

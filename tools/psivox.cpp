@@ -1,6 +1,9 @@
 // psivox COMMAND ...: the program. Each command has its own file, cmd_NAME.cpp.
 
 #include <fcntl.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -41,6 +44,16 @@ void end_after(int seconds, const char* message) {
 }
 
 namespace {
+
+/// From now on this process keeps what it frees, but for large blocks, for its next allocations.
+void keep_freed_memory() {
+#ifdef __GLIBC__
+  constexpr int kept = 1 << 28, ahead = 1 << 26, large = 1 << 25;  // bytes
+  mallopt(M_TRIM_THRESHOLD, kept);                                 // the end of the heap that stays
+  mallopt(M_MMAP_THRESHOLD, large);
+  mallopt(M_TOP_PAD, ahead);  // the heap grows by this at a time
+#endif
+}
 
 /// Puts a folder in place of standard streams that are closed: no file that is opened later takes
 /// their numbers, and reading and writing them fails.
@@ -220,7 +233,6 @@ int main(int argc, char** argv) {
   try {
     check_stack();
     start_guarded_reading();
-    const LargePages pages;
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);
     if (!std::cout.flush()) throw Error(ExitCode::output, "cannot write to the standard output");
     return 0;
@@ -228,7 +240,7 @@ int main(int argc, char** argv) {
     return fail(error.code() == ExitCode::usage ? who : "psivox", error.what(), error.code());
   } catch (const std::bad_alloc&) {
     return fail("psivox",
-                "out of memory; try a smaller --resolution, or --texel float16 for a large volume",
+                "out of memory; try a smaller --resolution, or --lod 1 for a large volume",
                 ExitCode::memory);
   } catch (const std::exception& error) {
     if (lacks_threads(error))

@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 
 #include "base/input_file.h"
-#include "base/memory.h"
 #include "base/stopwatch.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -23,7 +22,6 @@ struct ReadFrame {
   std::shared_ptr<Session> session;
   Scene scene;         ///< to draw, complete
   double read_ms = 0;  ///< reading and converting
-  bool last = false;   ///< picture of the session
 };
 
 /// Knows the scene of each frame, and reads frames. Only one thread may use it at a time.
@@ -60,22 +58,22 @@ class FrameMaker {
     return moved(frame_scene(sequence_, VdbFile(frame.input), frame.input), frame.number);
   }
 
-  /// Reads a frame; the session of the frame before if that has the same file. `last`: no further
+  /// Reads a frame; the session of the frame before if that has the same file. `alone`: no other
   /// frame has it. Throws Error(input), Error(memory).
-  ReadFrame read(const Frame& frame, bool last = false) {
+  ReadFrame read(const Frame& frame, bool alone = false) {
     const Stopwatch watch;
     if (last_input_ != frame.input) {
       last_session_.reset();
       View view = open_frame(sequence_, VdbFile(frame.input), frame.input).view;
       if (call_.follow) view = followed(std::move(view));
       last_scene_ = view.scene;
-      last_session_ = std::make_shared<Session>(std::move(view));
+      last_session_ = std::make_shared<Session>(std::move(view), alone);
       // a limit is for one volume: no other one is converted beside it
       if (last_scene_.memory_limit == 0 && last_scene_.renderer != RendererKind::reference)
-        last_session_->convert(last);
+        last_session_->convert();
       last_input_ = frame.input;
     }
-    return {last_session_, moved(last_scene_, frame.number), watch.ms(), last};
+    return {last_session_, moved(last_scene_, frame.number), watch.ms()};
   }
 
  private:
@@ -158,10 +156,12 @@ class FrameLoop {
     const auto read_ahead = [&](std::size_t k) {
       if (k == wanted.size()) return;
       const Frame& frame = frames[wanted[k]];
-      const bool last = call_.layers.empty() &&
-                        (k + 1 == wanted.size() || frames[wanted[k + 1]].input != frame.input);
-      next_ =
-          std::async(std::launch::async, [this, &frame, last] { return maker_.read(frame, last); });
+      const auto has_input = [&](std::size_t n) {
+        return n < wanted.size() && frames[wanted[n]].input == frame.input;
+      };
+      const bool alone = !has_input(k + 1) && (k == 0 || !has_input(k - 1));
+      next_ = std::async(std::launch::async,
+                         [this, &frame, alone] { return maker_.read(frame, alone); });
     };
     read_ahead(0);
     for (std::size_t i = 0, k = 0; i < frames.size(); ++i) {
@@ -233,7 +233,6 @@ class FrameLoop {
     if (!marcher_) marcher_ = opened_.get();
     Wish wish = wish_of(call_);
     wish.scene = read.scene;
-    wish.last = read.last;
     if (progress_)
       wish.progress = over_stages([this](double done) { progress_(done_ + part_ * done); },
                                   read.session->view().medium.light.has_value());
@@ -359,11 +358,7 @@ void render_frames(const RenderCall& call, const Scene& scene, const FrameList& 
                 "--movie needs ffmpeg, which is not installed; -o out.####.png writes pictures");
   std::future<std::shared_ptr<Marcher>> opened;
   const bool draws = !call.output.empty() || !call.movie.empty();
-  if (draws)
-    opened = std::async(std::launch::async, [&scene] {
-      const LargePages pages;
-      return open_marcher(scene);
-    });
+  if (draws) opened = std::async(std::launch::async, [&scene] { return open_marcher(scene); });
   FrameMaker maker(call, scene, list, path);
   check_outputs(call, "");
   if (!call.quiet) print_choice(maker.sequence(), list, call.verbose);

@@ -114,8 +114,8 @@ blobs --tolerance 1e-5 {SURFACES}
 blobs --filter hardware {COLOR} {LAYERS}
 blobs --filter hardware --step 0.7 {HEAT} {LAYERS}
 blobs --look plain --filter hardware --sampling template {ORTHO}
-blobs --texel float16 {COLOR} {GLOW} {LAYERS}
-blobs --texel float16 --filter hardware --step 1
+blobs --texel code7 {COLOR} {GLOW} {LAYERS}
+blobs --texel code16 --step 1 {LIGHT}
 blobs {INSIDE} {COLOR} {LAYERS}
 blobs {INSIDE} {COLOR} --step 1.2 {LAYERS}
 blobs {INSIDE} {ORTHO} {HEAT} --integrator cell-exact

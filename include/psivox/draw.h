@@ -91,10 +91,6 @@ struct Wish {
   bool any_light = false;
   /// Codes wherever they save bytes, and not only where a picture's march pays for choosing them.
   bool fewest_bytes = false;
-  /// This is the session's last picture, and nobody reads its view's fields. Values are freed as
-  /// bricks are made of them, and bricks as the device copies them. What asks for them later reads
-  /// the file again and computes the light anew.
-  bool last = false;
   bool count = false;   ///< count segments and look-ups in the stats
   bool confirm = true;  ///< estimate the error from the pilot's rays as the device draws them
   StageProgress progress{};
@@ -147,7 +143,9 @@ class Session {
   /// Reads the scene's grids. If the scene leaves the method open, the default tolerance chooses
   /// it. Throws Error(input), Error(usage), Error(memory).
   explicit Session(const Scene& scene);
-  explicit Session(View view);
+  /// `for_one_picture`: of a file's medium. The values of its fields go as bricks are made of them.
+  /// What asks for them later reads the file again and computes the light anew.
+  explicit Session(View view, bool for_one_picture = false);
   Session(Session&&) noexcept;
   Session& operator=(Session&&) noexcept;
   ~Session();
@@ -155,10 +153,9 @@ class Session {
   /// The view as drawn, with its light once that is computed.
   const View& view() const;
 
-  /// Converts the grids to bricks of the scene's texel type, unless that is done, or the volume
-  /// must be drawn in parts because of its memory limit. Throws Error(memory), and Error(input) if
-  /// the values do not fit the type. `last`: as the Wish of the picture that follows.
-  void convert(bool last = false);
+  /// Converts the grids to bricks, unless that is done, or the volume
+  /// must be drawn in parts because of its memory limit. Throws Error(memory).
+  void convert();
 
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <glm/common.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -176,12 +175,24 @@ class LeafReader {
   virtual const std::vector<TileValue>& active_tiles() const = 0;
 };
 
-struct Field;
+/// Keeps the values of leaves alive. Those of a large grid are in blocks, which may go one by one.
+struct Storage {
+  std::vector<std::shared_ptr<const void>> blocks{};
+  /// Leaves of each block, in the field's order; the last may have fewer. 0: in no order.
+  std::size_t leaves = 0;
 
-/// Where a field's values were read.
-struct FieldOrigin {
-  std::weak_ptr<const void> storage;  ///< that holds these values
-  std::function<Field()> read_again;  ///< throws Error(input), Error(memory)
+  Storage() = default;
+  template <typename T>
+  Storage(std::shared_ptr<T> all) : blocks{std::move(all)} {}
+  Storage(std::vector<std::shared_ptr<const void>> in_order, std::size_t leaves_each)
+      : blocks(std::move(in_order)), leaves(leaves_each) {}
+  explicit operator bool() const { return !blocks.empty(); }
+  bool operator==(const Storage&) const = default;
+  /// Lets the blocks go that have only leaves before this one.
+  void drop_before(std::size_t leaf) {
+    for (std::size_t n = 0; leaves > 0 && (n + 1) * leaves <= leaf && n < blocks.size(); ++n)
+      blocks[n].reset();
+  }
 };
 
 /// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
@@ -208,13 +219,11 @@ struct Field {
   /// If above 0, the field is a level set kept as distances. The value is half_width - signed
   /// distance [world units]: 0 outside the narrow band, twice the half width deep inside.
   double half_width = 0;
-  ValueScale scale;                     ///< that its values have passed, its unit set
-  std::vector<Leaf> leaves;             ///< in OpenVDB's tree order; origins distinct
-  std::vector<Tile> tiles;              ///< disjoint from each other and from the leaves
-  std::optional<ArrayValues> array;     ///< of the leaves without values of their own
-  std::shared_ptr<const void> storage;  ///< keeps Leaf::values and the array alive
-  /// Null: not in a file. A copy that got other values keeps it: see may_discard.
-  std::shared_ptr<const FieldOrigin> origin;
+  ValueScale scale;                  ///< that its values have passed, its unit set
+  std::vector<Leaf> leaves;          ///< in OpenVDB's tree order; origins distinct
+  std::vector<Tile> tiles;           ///< disjoint from each other and from the leaves
+  std::optional<ArrayValues> array;  ///< of the leaves without values of their own
+  Storage storage;                   ///< keeps Leaf::values and the array alive
   /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
   /// then, unless `survey` is set.
   std::shared_ptr<const LeafReader> reader;

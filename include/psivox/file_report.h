@@ -17,7 +17,7 @@ const std::vector<std::string>& chosen_by_auto();
 
 struct GridReport {
   GridInfo grid;
-  std::optional<AtlasSize> float32, float16;  ///< set if the grid can be rendered
+  std::optional<AtlasSize> atlas{};  ///< in float32; set if the grid can be rendered
   bool usable() const { return grid.problem.empty(); }
 };
 

@@ -57,7 +57,7 @@ enum class UpAxis { automatic, y, z };
 enum class RendererKind { gl, reference, march_double };
 /// automatic: float32, or codes as coarse as a tolerance allows. code7, 12 and 16: the density's
 /// bricks as codes of so many bits on the device, all else in float32.
-enum class TexelType { automatic, float32, float16, code7, code12, code16 };
+enum class TexelType { automatic, float32, code7, code12, code16 };
 constexpr bool has_codes(TexelType texel) { return texel >= TexelType::code7; }
 enum class LightQuality { automatic, exact };
 enum class EmissionColor { white, black_body };

@@ -19,16 +19,14 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 GridReport describe(const VdbFile& file, const std::string& path, const GridInfo& grid) {
-  GridReport row{grid, {}, {}};
+  GridReport row{grid};
   if (!grid.problem.empty() || !grid.values_read) return row;
   try {
     // as auto draws it: a level set is a surface, which may have no inside
     const Field field = file.read(
         grid.name, {.role = grid.channels == 1 ? GridRole::attenuation : GridRole::luminance,
                     .distances = grid.grid_class == "level set"});
-    row.float32 = predict_atlas(field, {TexelType::float32});
-    row.float16 = row.float32;
-    row.float16->texel_bytes /= 2;
+    row.atlas = predict_atlas(field);
   } catch (const Error& error) {
     row.grid.problem = without_subject(error.what(), path, grid.name);
   }
@@ -79,11 +77,10 @@ Json to_json(const GridReport& row) {
   out["voxel_size"] = vector_json(grid.voxel_size);
   out["world_from_index"] = matrix_json(grid.world_from_index);
   out["background"] = grid.background;
-  if (row.float32)
-    out["atlas"] = {{"float32_bytes", row.float32->bytes()},
-                    {"float16_bytes", row.float16->bytes()},
-                    {"textured_bricks", row.float32->textured_bricks},
-                    {"constant_bricks", row.float32->constant_bricks}};
+  if (row.atlas)
+    out["atlas"] = {{"float32_bytes", row.atlas->bytes()},
+                    {"textured_bricks", row.atlas->textured_bricks},
+                    {"constant_bricks", row.atlas->constant_bricks}};
   out["metadata"] = grid.metadata;
   if (!grid.problem.empty()) out["problem"] = grid.problem;
   return out;
@@ -209,10 +206,9 @@ void print_grid(const GridReport& row, Lines& out) {
   out << "  transform   " << grid.transform << ", voxel " << spaced(grid.voxel_size, " x ")
       << ", origin " << spaced(glm::dvec3(grid.world_from_index[3]), " ") << '\n';
   out << "  background  " << grid.background << '\n';
-  if (row.float32)
-    out << "  atlas       " << mebibytes(row.float32->bytes()) << " in float32, "
-        << mebibytes(row.float16->bytes()) << " in float16: " << row.float32->textured_bricks
-        << " textured and " << row.float32->constant_bricks << " constant bricks\n";
+  if (row.atlas)
+    out << "  atlas       " << mebibytes(row.atlas->bytes()) << ": " << row.atlas->textured_bricks
+        << " textured and " << row.atlas->constant_bricks << " constant bricks\n";
   print_metadata(grid.metadata, out);
   if (!grid.problem.empty()) out << "  problem     " << grid.problem << '\n';
 }

@@ -82,8 +82,10 @@ inline bool sees(const Visibility& visible, const ValueRange& own,
   return own.min <= own.max && visible(own, companions);
 }
 
+/// Ends a message about an atlas that is too large.
+inline constexpr const char* smaller_atlas = "; --lod 1 takes an eighth of it";
+
 struct AtlasOptions {
-  TexelType texel = TexelType::float32;
   /// Largest AtlasSize::bytes(); 0: no limit.
   std::uint64_t memory_limit = 0;
   /// By the values of the field and of `companion`. The atlas stores visible cells only. If unset,
@@ -110,8 +112,6 @@ struct AtlasOptions {
   bool mark_octants = false;
   /// Keeps bricks whose values are all absent, as constants of NaN, apart from those of 0.
   bool keeps_absent = false;
-  /// Discards the field's values as soon as their bricks are stored; only where may_discard.
-  bool discards_values = false;
   /// Largest dense top table before another level is put below it.
   std::uint64_t top_entries = std::uint64_t{1} << 22;
 };
@@ -119,33 +119,18 @@ struct AtlasOptions {
 /// Codes store a brick as offset + step * code, in rows of nine along z. A word of 64 bits has the
 /// codes at the ends of 8, 4 or 2 cells. Its last code is repeated as the first of the next word,
 /// so that one load has both ends of any cell. The word before the rows has the offset and the
-/// step, as floats; the lowest bits of the step tell the width and the rows (CodedRows). Each
-/// channel beside the density has words of its own, of the same width and rows: word i of all
-/// channels, then word i + 1.
+/// step, as floats; the lowest two bits of the step tell the width. Each channel beside the density
+/// has words of its own, of the same width: word i of all channels, then word i + 1.
 enum class CodeWidth : std::uint8_t { bits7, bits12, bits16 };
 
-/// Words of a channel of a brick of the narrowest codes.
+/// Words of a channel of a brick of the narrowest codes, which payloads of entries count. Wider
+/// ones have two or four times as many.
 inline constexpr int code_words = 1 + brick_values * brick_values;
 
-/// The rows that a brick in codes has: a box of x and y, which holds all visible cells. In place of
-/// a row beside the box the march reads the nearest one, a row of the box's face. A face has only
-/// values of cells that are not visible, so that what is read beside the box is not visible either.
-struct CodedRows {
-  CodeWidth width = CodeWidth::bits7;
-  glm::ivec2 first{0};            ///< x and y of the first row
-  glm::ivec2 cells{brick_cells};  ///< between the first and the last one; at least 1
+/// The bits of a step that count as 0 to the step itself; the lowest two have the width.
+inline constexpr std::uint32_t code_width_bits = (1u << 14) - 1;
 
-  /// The bits of the step that hold them. To the step itself they count as 0.
-  static constexpr std::uint32_t mask = (1u << 14) - 1;
-  static CodedRows of_head(std::uint64_t head);
-  std::uint32_t in_step() const;
-  /// Words of a channel.
-  std::size_t words() const {
-    return 1 + (std::size_t((cells.x + 1) * (cells.y + 1)) << int(width));
-  }
-  /// The same in units of some words.
-  std::size_t units(int unit) const { return (words() - 1) / std::size_t(unit) + 1; }
-};
+constexpr CodeWidth width_of_head(std::uint64_t head) { return CodeWidth(head >> 32 & 3); }
 
 /// The widths of an atlas's bricks, in slot order. Null: no codes.
 using CodeWidths = std::shared_ptr<const std::vector<CodeWidth>>;
@@ -154,23 +139,16 @@ using CodeWidths = std::shared_ptr<const std::vector<CodeWidth>>;
 /// where they are all 0. Values are the grid's own; texels are z fastest, `channels` interleaved.
 struct BrickAtlas {
   int channels = 1;
-  TexelType texel = TexelType::float32;
   Box domain;  ///< voxels; cells run from min to max - 1
   PageTable pages;
-  std::vector<float> constants;       ///< `channels` floats each
-  std::vector<BrickStats> bricks;     ///< one per textured brick, in slot order
-  std::vector<glm::ivec3> places;     ///< of these bricks [8 voxels]; of equal ones the first
-  bool own_texels = false;            ///< no two share a slot, and constants are 0
-  bool absent = false;                ///< some values are NaN: a cell with such a corner is vacuum
-  std::shared_ptr<float[]> texels32;  ///< brick_texels * channels a slot, or null
-  std::shared_ptr<std::uint16_t[]> texels16;  ///< the same as IEEE half
-  std::shared_ptr<std::uint64_t[]> codes;     ///< instead of texels, see CodeWidth
-  std::vector<std::uint32_t> code_places{};   ///< of these, by slot: the payloads of their entries
-  int code_unit = code_words;                 ///< words of a channel that a payload counts
-  Visibility visible{};                       ///< set if the field's values alone decide it
-  /// Codes are boxes of rows (CodedRows) if these take at most this part of the words of whole
-  /// bricks. With boxes the march takes 2 to 9 % longer on a CPU.
-  double most_boxes = 0.6;
+  std::vector<float> constants;     ///< `channels` floats each
+  std::vector<BrickStats> bricks;   ///< one per textured brick, in slot order
+  std::vector<glm::ivec3> places;   ///< of these bricks [8 voxels]; of equal ones the first
+  bool own_texels = false;          ///< no two share a slot, and constants are 0
+  bool absent = false;              ///< some values are NaN: a cell with such a corner is vacuum
+  std::shared_ptr<float[]> texels;  ///< brick_texels * channels a slot, or null
+  std::shared_ptr<std::uint64_t[]> codes;    ///< instead of texels, see CodeWidth
+  std::vector<std::uint32_t> code_places{};  ///< of these, by slot: the payloads of their entries
   AtlasSize size;
 
   std::size_t code_count() const { return codes ? size.texel_bytes / sizeof(std::uint64_t) : 0; }
@@ -179,7 +157,7 @@ struct BrickAtlas {
 
 /// The largest |v[i-1] - 2 v[i] + v[i+1]| of each textured brick's channels, in slot order. It is
 /// taken along the three axes about every voxel, including those on the faces, whose neighbours lie
-/// in the next brick. The texels must be float32. Bricks that are not wanted have 0; if none are
+/// in the next brick. The atlas must have texels. Bricks that are not wanted have 0; if none are
 /// listed, all are.
 std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>& wanted = {});
 
@@ -201,7 +179,7 @@ std::vector<glm::ivec3> leaf_bricks(const Field& field);
 std::vector<glm::ivec3> visible_blocks(const Field& field, const AtlasOptions& options);
 
 /// Finds these blocks from the field's atlas, which was built by these options with own_texels and
-/// float32: nothing is gathered again. Unset if it was not, or if the options have a companion.
+/// has texels: nothing is gathered again. Unset if it was not, or if the options have a companion.
 std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
                                                       const AtlasOptions& options,
                                                       const BrickAtlas& atlas);
@@ -212,25 +190,28 @@ double most_visible_blocks(const Field& field);
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
 /// Bricks also cover absent lower neighbours, because the interpolation of a leaf's values reaches
 /// into them.
-/// Throws Error(memory) over the limit, before allocating; Error(input) if a value does not fit
-/// float16.
+/// Throws Error(memory) over the limit, before allocating.
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
+/// Its values go as their bricks are stored.
+BrickAtlas build_atlas(Field&& field, const AtlasOptions& options = {});
 
 /// Stores a field of the same transform in the bricks of `layout`, which must have own_texels:
-/// pages and slots are the same. Of the options texel, memory_limit and discards_values count.
+/// pages and slots are the same. Of the options memory_limit counts.
 /// Throws as build_atlas does.
-BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options);
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout,
+                        const AtlasOptions& options = {});
+BrickAtlas build_beside(Field&& field, const BrickAtlas& layout, const AtlasOptions& options = {});
 
 /// Widths of codes with which no value is off by more than half of a step: of the atlas by slot,
 /// and of what is beside it, if anything is. Null if a brick needs more than 16 bits.
 CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
-/// A scalar atlas of float32 with codes of these widths in place of its texels, and of what is
-/// beside it. most_boxes decides whether bricks are boxes of rows or whole; code_unit tells.
-/// `discards_texels`: the float32 texels of both lose their values, and the system gets their
-/// memory as codes are stored, if that is_worth_discarding().
+/// A scalar atlas with codes of these widths in place of its texels, and of what is beside it.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside = nullptr, bool discards_texels = false);
+                 const BrickAtlas* beside = nullptr);
+/// Stores them where the texels are, if they fit.
+BrickAtlas coded(BrickAtlas&& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside = nullptr);
 
 }  // namespace psivox

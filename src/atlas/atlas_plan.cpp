@@ -54,7 +54,6 @@ bool few_are_constant(const std::vector<Candidate>& candidates) {
 BrickAtlas without_bricks(const Field& field, const AtlasOptions& options) {
   BrickAtlas atlas;
   atlas.channels = field.channels;
-  atlas.texel = host_texel(options.texel);
   atlas.domain = field.domain();
   for (const Box& box : options.walked) {
     atlas.domain.min = glm::min(atlas.domain.min, box.min);
@@ -87,7 +86,7 @@ class Planner {
     size.textured_bricks = atlas_.places.size();
     size.page_bytes = atlas_.pages.entries.size() * sizeof(std::uint32_t);
     size.constant_bytes = atlas_.constants.size() * sizeof(float);
-    size.texel_bytes = texel_bytes(atlas_.places.size(), channels_, options_.texel);
+    size.texel_bytes = texel_bytes(atlas_.places.size(), channels_);
     return std::move(atlas_);
   }
 
@@ -157,8 +156,8 @@ class Planner {
 
 }  // namespace
 
-std::uint64_t texel_bytes(std::size_t bricks, int channels, TexelType texel) {
-  return bricks * brick_texels * std::uint64_t(channels) * (texel == TexelType::float16 ? 2u : 4u);
+std::uint64_t texel_bytes(std::size_t bricks, int channels) {
+  return bricks * brick_texels * std::uint64_t(channels) * sizeof(float);
 }
 
 Plan make_plan(const Field& field, const AtlasOptions& options) {

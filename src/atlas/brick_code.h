@@ -11,7 +11,7 @@ namespace psivox {
 /// The code of a brick's values: offset + step * code.
 struct BrickCode {
   float offset;
-  float step;      ///< its lowest bits are 0: there a stored brick has its rows
+  float step;      ///< its lowest bits are 0: there a stored brick has its width
   float per_step;  ///< 1 / step
   float end;       ///< the greatest code, and a half
 
@@ -35,8 +35,7 @@ struct BrickCodes {
 BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                        const BrickAtlas* beside = nullptr);
 
-/// Bytes of an atlas's texels by codes, with the channels of what is beside it.
-std::uint64_t coded_bytes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                          const BrickAtlas* beside = nullptr);
+/// Bytes of bricks in codes of these widths, with the channels of what is beside them.
+std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, const BrickAtlas* beside = nullptr);
 
 }  // namespace psivox

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <cstring>
 #include <string>
 #include <type_traits>
 
@@ -29,7 +30,7 @@ float step_of(double range, double most) {
   double least_off = 1;
   auto bits = std::bit_cast<std::uint32_t>(std::max(float(range / most), least));
   for (int i = 0; i < tries; ++i) {
-    bits = (bits + CodedRows::mask + 1) & ~CodedRows::mask;
+    bits = (bits + code_width_bits + 1) & ~code_width_bits;
     const auto step = std::bit_cast<float>(bits);
     const double codes = range / double(step), off = std::abs(codes - std::round(codes));
     if (off < least_off) {
@@ -63,7 +64,7 @@ struct Record {
 
 Record record_of(const BrickAtlas& atlas, std::size_t slot) {
   const auto channels = std::size_t(atlas.channels);
-  const float* values = atlas.texels32.get() + slot * brick_texels * channels;
+  const float* values = atlas.texels.get() + slot * brick_texels * channels;
   if (channels == 1)
     return {values, 1, atlas.bricks[slot].min, atlas.bricks[slot].max, atlas.absent};
   LaneRange<brick_texels> range;
@@ -85,9 +86,9 @@ void for_records(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t 
 }
 
 /// Writes each word of a channel, `stride` words behind the one before.
-void encode(const Record& record, int channel, const CodedRows& rows, std::uint64_t* words,
+void encode(const Record& record, int channel, CodeWidth width, std::uint64_t* words,
             std::size_t stride) {
-  const BrickCode code = code_of(record.min, record.max, rows.width, record.absent);
+  const BrickCode code = code_of(record.min, record.max, width, record.absent);
   const float* const values = record.values + channel;
   std::array<std::int32_t, brick_texels> codes;
   const auto find = [&](auto channels) {
@@ -95,8 +96,7 @@ void encode(const Record& record, int channel, const CodedRows& rows, std::uint6
       codes[i] = code.of(values[i * std::size_t(channels)]);
     if (record.absent)
       for (std::size_t i = 0; i < codes.size(); ++i)
-        if (std::isnan(values[i * std::size_t(channels)]))
-          codes[i] = (1 << bits_of(rows.width)) - 1;
+        if (std::isnan(values[i * std::size_t(channels)])) codes[i] = (1 << bits_of(width)) - 1;
   };
   if (record.channels == 1)
     find(std::integral_constant<int, 1>());  // which vectorises
@@ -107,105 +107,33 @@ void encode(const Record& record, int channel, const CodedRows& rows, std::uint6
     words += stride;
   };
   write(std::bit_cast<std::uint32_t>(code.offset) |
-        std::uint64_t{std::bit_cast<std::uint32_t>(code.step) | rows.in_step()} << 32);
+        std::uint64_t{std::bit_cast<std::uint32_t>(code.step) | std::uint32_t(width)} << 32);
   const auto pack = [&]<int wide>(std::integral_constant<int, wide>) {  // loops of known lengths
     constexpr int cells = brick_cells >> wide;
-    for (int x = rows.first.x; x <= rows.first.x + rows.cells.x; ++x)
-      for (int y = rows.first.y; y <= rows.first.y + rows.cells.y; ++y)
-        for (int z = 0; z < brick_cells; z += cells) {
-          const std::int32_t* const first =
-              codes.data() + (x * brick_values + y) * brick_values + z;
-          std::uint64_t word = 0;
-          for (int i = cells; i >= 0; --i) word = word << word_bits[wide] | std::uint64_t(first[i]);
-          write(word);
-        }
+    for (int row = 0; row < brick_values * brick_values; ++row)
+      for (int z = 0; z < brick_cells; z += cells) {
+        const std::int32_t* const first = codes.data() + row * brick_values + z;
+        std::uint64_t word = 0;
+        for (int i = cells; i >= 0; --i) word = word << word_bits[wide] | std::uint64_t(first[i]);
+        write(word);
+      }
   };
-  if (rows.width == CodeWidth::bits7) pack(std::integral_constant<int, 0>());
-  if (rows.width == CodeWidth::bits12) pack(std::integral_constant<int, 1>());
-  if (rows.width == CodeWidth::bits16) pack(std::integral_constant<int, 2>());
+  if (width == CodeWidth::bits7) pack(std::integral_constant<int, 0>());
+  if (width == CodeWidth::bits12) pack(std::integral_constant<int, 1>());
+  if (width == CodeWidth::bits16) pack(std::integral_constant<int, 2>());
 }
 
-/// The first visible layer of cells, from one plane of values to the next, and how many there are
-/// up to the last: at least one.
-glm::ivec2 visible_layers(const std::array<ValueRange, brick_values>& planes,
-                          const Visibility& visible) {
-  const auto hidden = [&](int layer) {
-    const ValueRange a = planes[std::size_t(layer)], b = planes[std::size_t(layer) + 1];
-    return !sees(visible, {std::min(a.min, b.min), std::max(a.max, b.max)});
-  };
-  int first = 0, last = brick_cells - 1;
-  while (first < last && hidden(first)) ++first;
-  while (first < last && hidden(last)) --last;
-  return {first, last - first + 1};
-}
+/// Of a channel of a brick [words].
+std::size_t words_of(CodeWidth width) { return std::size_t(code_words) << int(width); }
 
-/// The rows of a brick's visible cells.
-CodedRows visible_rows(const float* values, CodeWidth width, const Visibility& visible) {
-  constexpr std::size_t n = brick_values;
-  std::array<ValueRange, brick_values> planes_x, planes_y;
-  for (std::size_t i = 0; i < n; ++i) {
-    LaneRange<n> of_x, of_y;
-    for (std::size_t k = 0; k < n; ++k) {
-      of_x.include(values + (i * n + k) * n);
-      of_y.include(values + (k * n + i) * n);
-    }
-    planes_x[i] = {of_x.least(), of_x.greatest()};
-    planes_y[i] = {of_y.least(), of_y.greatest()};
-  }
-  const glm::ivec2 x = visible_layers(planes_x, visible), y = visible_layers(planes_y, visible);
-  return {width, {x.x, y.x}, {x.y, y.y}};
-}
-
-/// Bricks of codes, and where each begins.
-struct CodeLayout {
-  int unit = code_words;  ///< words of a channel that places count
-  std::vector<CodedRows> bricks{};
-  std::vector<std::uint32_t> places{};
-  std::uint32_t end = 0;
-
-  std::size_t words() const { return std::size_t(end) * std::size_t(unit); }  // of a channel
-  void place() {
-    for (const CodedRows& rows : bricks) {
-      places.push_back(end);
-      end += std::uint32_t(rows.units(unit));
-    }
-  }
-};
-
-/// Payloads of boxes count so many words.
-constexpr int box_unit = 4;
-
-CodeLayout layout_of(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths) {
-  CodeLayout whole, boxes{.unit = box_unit};
-  for (const CodeWidth width : widths) whole.bricks.push_back({width});
-  whole.place();
-  if (!atlas.visible) return whole;
-  boxes.bricks.resize(widths.size());
-  tbb::parallel_for(std::size_t{0}, widths.size(), [&](std::size_t slot) {
-    boxes.bricks[slot] =
-        visible_rows(atlas.texels32.get() + slot * brick_texels, widths[slot], atlas.visible);
-  });
-  boxes.place();
-  const bool are_worthwhile = double(boxes.words()) <= atlas.most_boxes * double(whole.words());
-  return are_worthwhile && boxes.end >> entry_slot_bits == 0 ? boxes : whole;
-}
-
-void discard_texels(const BrickAtlas& atlas, std::size_t first, std::size_t end) {
-  const std::size_t floats = brick_texels * std::size_t(atlas.channels);
-  discard_values(atlas.texels32.get() + first * floats, (end - first) * floats * sizeof(float));
+/// Where codes of these widths begin, by slot, and where they end, in units of `code_words`.
+std::vector<std::uint32_t> places_of(const std::vector<CodeWidth>& widths) {
+  std::vector<std::uint32_t> places{0};
+  for (const CodeWidth width : widths) places.push_back(places.back() + (1u << int(width)));
+  return places;
 }
 
 }  // namespace
-
-std::uint32_t CodedRows::in_step() const {
-  return std::uint32_t(width) | std::uint32_t(first.x) << 2 | std::uint32_t(cells.x - 1) << 5 |
-         std::uint32_t(first.y) << 8 | std::uint32_t(cells.y - 1) << 11;
-}
-
-CodedRows CodedRows::of_head(std::uint64_t head) {
-  const auto at = [&](int bit) { return int(head >> (32 + bit) & 7); };
-  return {CodeWidth(head >> 32 & 3), {at(2), at(8)}, {at(5) + 1, at(11) + 1}};
-}
 
 CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside, float step_beside) {
@@ -240,59 +168,80 @@ BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& wi
   return codes;
 }
 
-std::uint64_t coded_bytes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                          const BrickAtlas* beside) {
-  return layout_of(atlas, widths).words() * channels_of(beside) * sizeof(std::uint64_t);
+std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, const BrickAtlas* beside) {
+  return places_of(widths).back() * code_words * channels_of(beside) * sizeof(std::uint64_t);
 }
 
-BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside, bool discards_texels) {
-  if (!atlas.texels32 && !atlas.bricks.empty())
+/// Stores a brick's codes, and of what is beside it.
+static void encode(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t slot,
+                   CodeWidth width, std::uint64_t* to) {
+  const std::size_t records = channels_of(beside);
+  const std::size_t rows = std::size_t(brick_values * brick_values) << int(width);
+  std::fill(to + (1 + rows) * records, to + words_of(width) * records, 0);
+  for_records(atlas, beside, slot, [&](const Record& record) {
+    if (!record.can_be_coded())
+      throw Error(ExitCode::input, "values reach from " + std::to_string(record.min) + " to " +
+                                       std::to_string(record.max) +
+                                       ", beyond codes; use --texel float32");
+    for (int channel = 0; channel < record.channels; ++channel)
+      encode(record, channel, width, to++, records);
+  });
+}
+
+static BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                        const BrickAtlas* beside, bool replaces) {
+  if (!atlas.texels && !atlas.bricks.empty())
     throw Error(ExitCode::failure, "codes are of float32 texels");
   BrickAtlas result = atlas;
-  result.texels32.reset();
-  const std::size_t records = channels_of(beside);
-  CodeLayout layout = layout_of(atlas, widths);
-  result.code_unit = layout.unit;
-  result.code_places = std::move(layout.places);
+  result.texels.reset();
+  std::vector<std::uint32_t> places = places_of(widths);
+  const std::uint32_t end = places.back();
   PageTable& pages = result.pages;
-  pages.octants = pages.octants && layout.end >> entry_slot_bits == 0;
+  pages.octants = pages.octants && end >> entry_slot_bits == 0;
   for (std::uint32_t& entry : pages.entries) {
     if (entry_kind(entry) != EntryKind::brick) continue;
     const std::uint32_t hidden = pages.octants ? entry_payload(entry) >> entry_slot_bits : 0;
-    entry = make_entry(EntryKind::brick,
-                       result.code_places[atlas.pages.slot(entry)] | hidden << entry_slot_bits);
+    entry =
+        make_entry(EntryKind::brick, places[atlas.pages.slot(entry)] | hidden << entry_slot_bits);
   }
-  const std::size_t unit = std::size_t(layout.unit) * records, words = layout.words() * records;
-  result.codes = page_array<std::uint64_t>(words);
-  const auto store = [&](std::size_t slot) {
-    const bool last = slot + 1 == result.bricks.size();
-    const std::size_t end = last ? layout.end : result.code_places[slot + 1];
-    const CodedRows& rows = layout.bricks[slot];
-    std::uint64_t* to = result.codes.get() + result.code_places[slot] * unit;
-    std::fill(to + rows.words() * records, result.codes.get() + end * unit, 0);
-    for_records(atlas, beside, slot, [&](const Record& record) {
-      if (!record.can_be_coded())
-        throw Error(ExitCode::input, "values reach from " + std::to_string(record.min) + " to " +
-                                         std::to_string(record.max) +
-                                         ", beyond codes; use --texel float32");
-      for (int channel = 0; channel < record.channels; ++channel)
-        encode(record, channel, rows, to++, records);
-    });
-  };
-  const std::size_t bricks = result.bricks.size();
-  discards_texels =
-      discards_texels && is_worth_discarding(bricks * brick_texels * records * sizeof(float));
-  const std::size_t at_once = discards_texels ? 1024 : bricks;
+  const std::size_t bricks = widths.size(), unit = code_words * channels_of(beside);
+  // codes of a brick must lie before the texels of the next
+  for (std::size_t slot = 0; slot < bricks && replaces; ++slot)
+    replaces = places[slot + 1] * unit * sizeof(std::uint64_t) <=
+               (slot + 1) * brick_texels * sizeof(float);
+  if (replaces)
+    result.codes = {atlas.texels, reinterpret_cast<std::uint64_t*>(atlas.texels.get())};
+  else
+    result.codes = page_array<std::uint64_t>(end * unit);
+  const std::size_t at_once = replaces ? 1024 : bricks;
+  std::vector<std::uint64_t> some;  // beside the texels that they replace
   for (std::size_t first = 0; first < bricks; first += at_once) {
-    const std::size_t end = std::min(first + at_once, bricks);
-    tbb::parallel_for(first, end, store);
-    if (!discards_texels) continue;
-    discard_texels(atlas, first, end);
-    if (beside) discard_texels(*beside, first, end);
+    const std::size_t last = std::min(first + at_once, bricks), begin = places[first] * unit;
+    const std::size_t words = places[last] * unit - begin;
+    if (replaces) some.resize(words);
+    std::uint64_t* const to = replaces ? some.data() : result.codes.get();
+    tbb::parallel_for(first, last, [&](std::size_t slot) {
+      encode(atlas, beside, slot, widths[slot], to + places[slot] * unit - begin);
+    });
+    if (replaces) std::memcpy(result.codes.get() + begin, to, words * sizeof(std::uint64_t));
   }
-  result.size.texel_bytes = words * sizeof(std::uint64_t);
+  if (replaces)
+    give_back(result.codes.get() + end * unit,
+              atlas.texel_count() * sizeof(float) - end * unit * sizeof(std::uint64_t));
+  places.pop_back();
+  result.code_places = std::move(places);
+  result.size.texel_bytes = end * unit * sizeof(std::uint64_t);
   return result;
+}
+
+BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside) {
+  return coded(atlas, widths, beside, /*replaces=*/false);
+}
+
+BrickAtlas coded(BrickAtlas&& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside) {
+  return coded(atlas, widths, beside, /*replaces=*/bool(atlas.texels));
 }
 
 }  // namespace psivox

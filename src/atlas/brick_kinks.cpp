@@ -97,7 +97,7 @@ float inner_kink(const float* values, std::size_t channels) {
 }  // namespace
 
 std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>& wanted) {
-  if (!atlas.texels32 && !atlas.bricks.empty())
+  if (!atlas.texels && !atlas.bricks.empty())
     throw Error(ExitCode::failure, "kinks are of float32 texels");
   const BrickPlaces places(atlas);
   const auto channels = std::size_t(atlas.channels);
@@ -105,7 +105,7 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>&
     return place && (wanted.empty() || wanted[places.slot(*place)]);
   };
   const auto texels = [&](std::optional<std::size_t> place) -> const float* {
-    return place ? atlas.texels32.get() + places.slot(*place) * brick_texels * channels : nullptr;
+    return place ? atlas.texels.get() + places.slot(*place) * brick_texels * channels : nullptr;
   };
   // kinks of each place, but for the faces that it shares with the next ones
   std::vector<std::array<float, 3>> lower(places.size());

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <glm/gtc/packing.hpp>
 #include <limits>
 #include <string>
 
@@ -20,8 +19,6 @@ namespace {
 using atlas::BrickSource;
 using atlas::make_plan;
 using atlas::Plan;
-
-constexpr float largest_half = 65504;
 
 /// Raises maxima to |v - 2 w + x| of the values `step` before them, at them and `step` behind them.
 void raise(float* maxima, const float* at, std::size_t step, std::size_t count) {
@@ -86,13 +83,13 @@ std::uint32_t hidden_octants(const float* values, const Visibility& visible) {
 /// Marks hidden octants in the page table, where its payloads have the room.
 void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
   if (!options.mark_octants || options.companion || !options.walked.empty() ||
-      (options.keeps_absent && result.absent) || result.channels > 1 || !result.texels32 ||
+      (options.keeps_absent && result.absent) || result.channels > 1 || !result.texels ||
       result.bricks.size() >> entry_slot_bits)
     return;
-  result.visible = options.visible ? options.visible : is_not_zero;
+  const Visibility visible = options.visible ? options.visible : is_not_zero;
   std::vector<std::uint32_t> hidden(result.bricks.size());
   tbb::parallel_for(std::size_t{0}, hidden.size(), [&](std::size_t slot) {
-    hidden[slot] = hidden_octants(result.texels32.get() + slot * brick_texels, result.visible);
+    hidden[slot] = hidden_octants(result.texels.get() + slot * brick_texels, visible);
   });
   result.pages.octants = true;
   for (std::uint32_t& entry : result.pages.entries)
@@ -102,36 +99,26 @@ void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
 
 void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOptions& options) {
   if (options.memory_limit && size.bytes() > options.memory_limit)
-    throw Error(ExitCode::memory,
-                "grid '" + grid + "' needs an atlas of " + mebibytes(size.bytes()) +
-                    ", over the limit of " + mebibytes(options.memory_limit) +
-                    (options.texel == TexelType::float16 ? "" : "; --texel float16 halves it"));
+    throw Error(ExitCode::memory, "grid '" + grid + "' needs an atlas of " +
+                                      mebibytes(size.bytes()) + ", over the limit of " +
+                                      mebibytes(options.memory_limit) + smaller_atlas);
 }
 
 /// Makes texels and statistics of the bricks at result.places.
 class Filler {
  public:
-  Filler(const BrickSource& source, const std::string& grid, BrickAtlas& result)
-      : source_(source),
-        grid_(grid),
-        result_(result),
-        per_brick_(brick_texels * std::size_t(result.channels)),
-        half_(result.texel == TexelType::float16) {
+  Filler(const BrickSource& source, BrickAtlas& result)
+      : source_(source), result_(result), per_brick_(brick_texels * std::size_t(result.channels)) {
     const std::size_t texels = result.places.size() * per_brick_;
     result.bricks.resize(result.places.size());
-    if (half_) {
-      result.texels16 = page_array<std::uint16_t>(texels);
-      ask_for_large_pages(result.texels16.get(), texels * sizeof(std::uint16_t));
-    } else {
-      result.texels32 = page_array<float>(texels);
-      ask_for_large_pages(result.texels32.get(), texels * sizeof(float));
-    }
+    result.texels = page_array<float>(texels);
   }
 
-  /// All bricks. If values may go, they do as soon as no brick behind needs them.
-  void fill(const Field& field, bool discards) {
+  /// All bricks. If the field's storage is given, its blocks go as soon as no brick behind needs
+  /// them.
+  void fill(const Field& field, Storage* storage) {
     const std::size_t count = result_.places.size();
-    if (!discards) return fill(0, count);
+    if (!storage) return fill(0, count);
     constexpr std::size_t at_once = 1024;  // 3 MiB of scalars
     // the least leaf that some bricks or those behind them need
     std::vector<std::size_t> needed((count + at_once - 1) / at_once + 1, field.leaves.size());
@@ -141,11 +128,9 @@ class Filler {
     });
     for (std::size_t n = needed.size(); n-- > 1;)
       needed[n - 1] = std::min(needed[n - 1], needed[n]);
-    discard_leaves(field, 0, needed.front());
     for (std::size_t n = 0; n + 1 < needed.size(); ++n) {
       fill(n * at_once, std::min((n + 1) * at_once, count));
-      constexpr std::size_t page = 32;  // leaves in the largest: one that was begun goes whole
-      discard_leaves(field, needed[n] / page * page, needed[n + 1]);
+      storage->drop_before(needed[n + 1]);
     }
   }
 
@@ -153,31 +138,17 @@ class Filler {
   /// The bricks in slots [first, end).
   void fill(std::size_t first, std::size_t end) {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(first, end, 64), [&](const auto& range) {
-      std::vector<float> values(half_ ? per_brick_ : 0);
       for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
-        float* to = half_ ? values.data() : result_.texels32.get() + slot * per_brick_;
+        float* to = result_.texels.get() + slot * per_brick_;
         source_.gather(source_.neighbours(result_.places[slot]), to);
         result_.bricks[slot] = measure(to, result_.channels, result_.absent);
-        if (half_) pack(to, result_.texels16.get() + slot * per_brick_);
       }
     });
   }
 
-  void pack(const float* from, std::uint16_t* to) const {
-    for (std::size_t i = 0; i < per_brick_; ++i) {
-      if (std::abs(from[i]) > largest_half)
-        throw Error(ExitCode::input, "grid '" + grid_ + "' has the value " +
-                                         std::to_string(from[i]) +
-                                         ", beyond float16's largest, 65504; use --texel float32");
-      to[i] = glm::packHalf1x16(from[i]);
-    }
-  }
-
   const BrickSource& source_;
-  const std::string& grid_;
   BrickAtlas& result_;
   std::size_t per_brick_;
-  bool half_;
 };
 
 }  // namespace
@@ -193,19 +164,27 @@ AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
   return make_plan(field, options).atlas.size;
 }
 
-BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
+static BrickAtlas build(const Field& field, const AtlasOptions& options, Storage* storage) {
   Plan plan = make_plan(field, options);
   plan.atlas.absent = field.absent;
   check_limit(plan.atlas.size, field.name, options);
-  Filler(plan.source, field.name, plan.atlas).fill(field, options.discards_values);
+  Filler(plan.source, plan.atlas).fill(field, storage);
   mark_octants(options, plan.atlas);
   return std::move(plan.atlas);
 }
 
-BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
+BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
+  return build(field, options, nullptr);
+}
+
+BrickAtlas build_atlas(Field&& field, const AtlasOptions& options) {
+  return build(field, options, &field.storage);
+}
+
+static BrickAtlas build_beside(const Field& field, const BrickAtlas& layout,
+                               const AtlasOptions& options, Storage* storage) {
   BrickAtlas result;
   result.channels = field.channels;
-  result.texel = host_texel(options.texel);
   result.domain = layout.domain;
   result.pages = layout.pages;
   result.places = layout.places;
@@ -214,11 +193,19 @@ BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const Atla
   result.constants.assign(layout.constants.size() * channels, 0.0f);
   result.size = layout.size;
   result.size.constant_bytes = result.constants.size() * sizeof(float);
-  result.size.texel_bytes = atlas::texel_bytes(result.places.size(), field.channels, options.texel);
+  result.size.texel_bytes = atlas::texel_bytes(result.places.size(), field.channels);
   check_limit(result.size, field.name, options);
   const BrickSource source(field);
-  Filler(source, field.name, result).fill(field, options.discards_values);
+  Filler(source, result).fill(field, storage);
   return result;
+}
+
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
+  return build_beside(field, layout, options, nullptr);
+}
+
+BrickAtlas build_beside(Field&& field, const BrickAtlas& layout, const AtlasOptions& options) {
+  return build_beside(field, layout, options, &field.storage);
 }
 
 }  // namespace psivox

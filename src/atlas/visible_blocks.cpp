@@ -159,10 +159,10 @@ double most_visible_blocks(const Field& field) {
 std::optional<std::vector<glm::ivec3>> visible_blocks(const Field& field,
                                                       const AtlasOptions& options,
                                                       const BrickAtlas& atlas) {
-  if (!atlas.own_texels || !atlas.texels32 || options.companion) return {};
+  if (!atlas.own_texels || !atlas.texels || options.companion) return {};
   std::vector<std::uint8_t> reached(atlas.places.size());
   tbb::parallel_for(std::size_t{0}, reached.size(), [&](std::size_t k) {
-    const float* values = atlas.texels32.get() + k * brick_texels;
+    const float* values = atlas.texels.get() + k * brick_texels;
     reached[k] =
         corners([&](int i) { return options.sees(range_towards(values, cube_corner(i))); });
   });

@@ -1,18 +1,15 @@
 #include "base/memory.h"
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 #include <sys/mman.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <limits>
+#include <new>
 #include <string>
 #include <string_view>
 
@@ -22,8 +19,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::uint64_t unknown = std::numeric_limits<std::uint64_t>::max();
-
-constexpr std::size_t large_page = 1 << 21;  // of x86-64, and of others with pages of 4 KiB
 
 /// The number after a name, in a file of names and numbers.
 std::uint64_t number_after(const fs::path& path, std::string_view wanted, std::uint64_t otherwise) {
@@ -101,56 +96,17 @@ bool lacks_threads(const std::exception& error) {
   return std::string_view(error.what()).ends_with(std::strerror(EAGAIN));
 }
 
-void keep_freed_memory() {
-#ifdef __GLIBC__
-  constexpr int kept = 1 << 28, ahead = 1 << 26;  // bytes
-  mallopt(M_TRIM_THRESHOLD, kept);                // the end of the heap that stays
-  mallopt(M_MMAP_THRESHOLD, int(most_kept_block));
-  mallopt(M_TOP_PAD, ahead);  // the heap grows by this at a time
-#endif
+std::shared_ptr<void> pages(std::size_t bytes) {
+  bytes = std::max<std::size_t>(bytes, 1);
+  void* const first =
+      mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+  if (first == MAP_FAILED) throw std::bad_alloc();
+  return {first, [bytes](void* all) { munmap(all, bytes); }};
 }
 
-void ask_for_large_pages(void* first, std::size_t bytes) {
-#ifdef __linux__
-  // a wish, as the kernel may have no such pages
-  if (std::align(large_page, large_page, first, bytes))
-    madvise(first, bytes / large_page * large_page, MADV_HUGEPAGE);
-#endif
-}
-
-LargePages::LargePages() : before_(nullptr, std::free) {
-#ifdef __GLIBC__
-  constexpr std::size_t page = large_page, ahead = 31 * page;
-  constexpr std::size_t shortest = 1 << 16;  // mostly taken from the end of the heap
-  constexpr std::size_t behind = 32;         // more than malloc writes behind a block
-  before_.reset(std::malloc(shortest));
-  if (!before_) return;
-  const auto first = reinterpret_cast<std::uintptr_t>(before_.get());
-  const std::size_t to_page = (first + shortest + behind + page - 1) / page * page - first;
-  ask_for_large_pages(static_cast<char*>(before_.get()) + to_page, ahead);
-  if (void* const longer = std::realloc(before_.get(), to_page - behind)) {
-    (void)before_.release();
-    before_.reset(longer);
-  }
-#endif
-}
-
-void give_back_freed_memory() {
-#ifdef __GLIBC__
-  mallopt(M_MMAP_THRESHOLD, 128 << 10);  // as they are at first; to set them ends their growth
-  mallopt(M_TRIM_THRESHOLD, 128 << 10);
-  mallopt(M_TOP_PAD, 128 << 10);
-#endif
-}
-
-void discard_values(void* first, std::size_t bytes) {
-#ifdef __linux__
-  constexpr std::size_t page = 1 << 12;  // a multiple of it on some machines: then it does nothing
-  if (std::align(page, page, first, bytes) && bytes >= page)
-    // if that fails the values stay
-    (void)mmap(first, bytes / page * page, PROT_READ | PROT_WRITE,
-               MAP_PRIVATE | MAP_ANONYMOUS | MAP_FIXED, -1, 0);
-#endif
+void give_back(void* first, std::size_t bytes) {
+  const auto page = std::size_t(sysconf(_SC_PAGESIZE));
+  if (std::align(page, page, first, bytes)) madvise(first, bytes / page * page, MADV_DONTNEED);
 }
 
 }  // namespace psivox

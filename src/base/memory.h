@@ -5,7 +5,6 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
-#include <new>
 
 namespace psivox {
 
@@ -19,47 +18,19 @@ std::uint64_t available_memory(const std::filesystem::path& root = "/");
 /// alone.
 bool lacks_threads(const std::exception& error);
 
-/// Blocks up to this size come from the heap, and go back to it [bytes]: glibc's limit.
-constexpr std::size_t most_kept_block = std::size_t{1} << 25;
+/// Pages of the system's own, which it takes back at once when they are no longer held. Throws
+/// std::bad_alloc.
+std::shared_ptr<void> pages(std::size_t bytes);
 
-/// From now on this process keeps what it frees for its next allocations. For programs, early: what
-/// runs inside another program leaves the allocator to that one.
-void keep_freed_memory();
+/// Gives the whole pages of a part of them back that nobody reads any more.
+void give_back(void* first, std::size_t bytes);
 
-/// An array that begins where a page of any system does, and has its pages for itself, so that
-/// another process or a driver can take them. Its values are not initialised.
+/// An array that begins where a page does, and has its pages for itself, so that another process or
+/// a driver can take them.
 template <typename T>
 std::shared_ptr<T[]> page_array(std::size_t count) {
-  constexpr std::size_t page = std::size_t{1} << 16;  // the largest of Linux
-  const std::size_t bytes = (count * sizeof(T) + page - 1) / page * page;
-  return {static_cast<T*>(::operator new (bytes, std::align_val_t{page})),
-          [](T* first) { ::operator delete (first, std::align_val_t{page}); }};
+  const std::shared_ptr<void> all = pages(count * sizeof(T));
+  return {all, static_cast<T*>(all.get())};
 }
-
-/// Asks the kernel to give an array large pages when it is first written to.
-void ask_for_large_pages(void* first, std::size_t bytes);
-
-/// While it lives, the next 62 MiB of the calling thread's heap are in large pages, if the kernel
-/// has them: a small picture takes a third of the page faults. After keep_freed_memory(). A fork
-/// takes large pages apart where it writes, so that each process has its own.
-class LargePages {
- public:
-  LargePages();
-
- private:
-  std::unique_ptr<void, void (*)(void*)> before_;  ///< up to the first large page, never touched
-};
-
-/// Makes the process give freed memory back to the system at once, which costs some time. glibc
-/// otherwise keeps blocks of up to 32 MiB, so that parts of a volume would add up.
-void give_back_freed_memory();
-
-/// Whether an array's values are to be discarded before it is freed: where keep_freed_memory() was
-/// called, what follows takes the memory of a smaller one, and finds its pages there.
-constexpr bool is_worth_discarding(std::size_t bytes) { return bytes > most_kept_block; }
-
-/// Puts empty pages in place of an array's whole pages, where it can. Its values are lost. The
-/// system gets the memory; if it is shared, once no mapping of it is left.
-void discard_values(void* first, std::size_t bytes);
 
 }  // namespace psivox

@@ -17,9 +17,6 @@ struct LightSource {
   std::function<LightPilot::Depths(const View& view)> exact_depths;
   const MediumAtlas* atlas = nullptr;  ///< of the whole, if it is there
   LightShare share{};
-  /// Called before the light of all voxels is computed, if nothing will read the density's values
-  /// any more. It may be empty.
-  std::function<void()> values_are_seen{};
 };
 
 /// Depths through the whole medium of a view, from voxels of each of its volumes.

@@ -147,16 +147,14 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
     set_method(beams_, {.spacing = need.exact ? 0.0 : double(widest_spacing)});
-    return sum_up(view, source, depths, progress);
+    return sum_up(view, depths, progress);
   }
   const BeamsOn some = sky_of(tried_sky_count);
-  if (some(view, 0).empty()) return settle_lights(view, source, depths, need.rms, progress);
+  if (some(view, 0).empty()) return settle_lights(view, depths, need.rms, progress);
   const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
   LightError lights_error;
   if (!beams_.empty()) {
-    LightSource before_sky = source;
-    before_sky.values_are_seen = {};
-    settle_lights(view, before_sky, depths, part, part_of(progress, 0, 0.5));
+    settle_lights(view, depths, part, part_of(progress, 0, 0.5));
     lights_error = error_;
   }
   // the sky's share, in quadrature: for the number of its directions, and for the depths of each.
@@ -182,13 +180,13 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   const std::size_t lights = beams_.size();
   add_sky(view, count);
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
-  sum_up(view, source, depths, lights > 0 ? part_of(progress, 0.5, 0.5) : progress);
+  sum_up(view, depths, lights > 0 ? part_of(progress, 0.5, 0.5) : progress);
   sky_error_ = sum(of_count, of_method);
   error_ = sum(lights_error, sky_error_);
 }
 
-void Lighting::settle_lights(const View& view, const LightSource& source,
-                             const MediumDepths& depths, double rms, const Progress& progress) {
+void Lighting::settle_lights(const View& view, const MediumDepths& depths, double rms,
+                             const Progress& progress) {
   const View typical = typical_view(view);
   std::optional<LightPilots> own;  // the trials' pilots serve the typical picture
   if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
@@ -196,7 +194,7 @@ void Lighting::settle_lights(const View& view, const LightSource& source,
   LightMethod method = trials.first();
   while (true) {
     set_method(beams_, method);
-    sum_up(view, source, depths, progress);
+    sum_up(view, depths, progress);
     const LightError typical_miss = trials.miss(*medium_);
     error_ = own ? own->error(*medium_) : typical_miss;
     if (method.spacing == 0 ||
@@ -210,14 +208,11 @@ void Lighting::add_sky(const View& view, int count) {
   for (const Beam& beam : sky_beams(view, count)) beams_.push_back(beam);
 }
 
-void Lighting::sum_up(const View& view, const LightSource& source, const MediumDepths& depths,
-                      const Progress& progress) {
+void Lighting::sum_up(const View& view, const MediumDepths& depths, const Progress& progress) {
   std::vector<std::size_t> all(blocks_.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   medium_.reset();  // not beside the next
   const LitLuminance luminance(view, beams_);
-  if (source.values_are_seen && !luminance.reads_density() && view.medium.others.empty())
-    source.values_are_seen();
   const double volumes = double(depths.volumes());
   medium_ = luminance.medium({blocks_, all}, depths.at(0), part_of(progress, 0, 1 / volumes));
   light_others(

@@ -60,13 +60,11 @@ class Lighting {
   /// depends on the camera.
   View typical_view(const View& view) const;
   void add_sky(const View& view, int count);
-  /// Computes medium_ from beams_. First it calls the source's `values_are_seen`, unless the light
-  /// is made of these values.
-  void sum_up(const View& view, const LightSource& source, const MediumDepths& depths,
-              const Progress& progress);
+  /// Computes medium_ from beams_.
+  void sum_up(const View& view, const MediumDepths& depths, const Progress& progress);
   /// Computes the light of the beams that are there within an RMS, and finds their method.
-  void settle_lights(const View& view, const LightSource& source, const MediumDepths& depths,
-                     double rms, const Progress& progress);
+  void settle_lights(const View& view, const MediumDepths& depths, double rms,
+                     const Progress& progress);
 
   View view_;
   Box bricks_;

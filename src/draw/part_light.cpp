@@ -5,7 +5,6 @@
 #include <mutex>
 #include <numeric>
 
-#include "base/memory.h"
 #include "draw/part_marcher.h"
 #include "field/index_space.h"
 #include "march/march_double.h"
@@ -100,7 +99,6 @@ LightDepths PartMarcher::light_depths(const View& view) {
   if (whole()) return marcher_.light_depths(view);
   return [this, &view](std::span<const Beam> beams, const LightBlocks& blocks,
                        const TakeLight& take, const Progress& progress) {
-    give_back_freed_memory();
     const double all = double(beams.size());
     for (std::size_t first = 0, end = 0; first < beams.size(); first = end) {
       const bool exact = beams[first].method.spacing == 0;

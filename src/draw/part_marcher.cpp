@@ -8,7 +8,6 @@
 #include <thread>
 #include <vector>
 
-#include "base/memory.h"
 #include "psivox/medium.h"
 
 namespace psivox {
@@ -208,7 +207,6 @@ RenderResult PartMarcher::render(const View& view, const RenderOptions& options)
 
 void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptions& options,
                         RenderStats& stats) {
-  give_back_freed_memory();
   drop_dark();
   View one = view;
   one.scene.pixel_samples = 1;

@@ -28,8 +28,8 @@ struct Copies {
   int part = 2;   ///< those of one region
 };
 
-/// Those of a view without its light. `discards`: a whole's texels go as others are made of them.
-Copies copies_of(const Marcher& marcher, const View& view, bool discards);
+/// Those of a view without its light. `replaces`: codes take the place of a whole's texels.
+Copies copies_of(const Marcher& marcher, const View& view, bool replaces);
 
 /// The split by which the wish's team must draw a view. A process alone draws the volume whole if
 /// its atlases fit on host and GPU into the scene's memory limit or, without a limit, into four

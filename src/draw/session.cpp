@@ -1,12 +1,15 @@
 #include "psivox/draw.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "base/stopwatch.h"
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
+#include "field/leaf_values.h"
 #include "image/scene_pictures.h"
+#include "march/grids.h"
 #include "march/march_parameters.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
@@ -16,16 +19,23 @@
 namespace psivox {
 
 struct Session::Impl {
-  explicit Impl(View given) : view(std::move(given)), unlit(view.medium) {
+  Impl(View given, bool for_one_picture)
+      : view(std::move(given)), unlit(view.medium), is_for_one(for_one_picture) {
     if (!view.scene.environment.empty())
       view.environment = std::make_shared<const Environment>(read_environment(view.scene));
     if (view.medium.light) lighting.emplace(view);
   }
 
-  /// Reads again what a last picture has discarded, and forgets what was made of it.
-  void revive();
-  /// The same if the wish needs it.
-  void complete(const Wish& wish);
+  /// Forgets what was made of the fields, and reads those again whose values have gone.
+  void start_over();
+  /// The whole's bricks. Values that nothing else needs go as they are made.
+  const MediumAtlas& bricks(PreparationTimes& times);
+  /// Whether fields' values may go as bricks are made of them.
+  bool may_take(const Wish& wish) const {
+    return is_for_one && !wish.layers.error && !wish.layers.bound;
+  }
+  /// Moves the values of one of the medium's fields out.
+  Field take(std::shared_ptr<const Field> Medium::*grid);
   /// The view that a wish asks for, with the light that is there.
   View viewed(const Wish& wish);
   /// The marcher over the parts that the volume must be drawn in.
@@ -47,30 +57,53 @@ struct Session::Impl {
   Drawn draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
   View view;
-  const Medium unlit;                  ///< the medium without its light
+  Medium unlit;                        ///< the medium without its light
   std::optional<Lighting> lighting;    ///< of a medium that a light shines on
+  LightError light_error;              ///< of the light that is there
+  std::optional<DrawnLight> shone;     ///< its description
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
-  bool reused = false;                 ///< for pictures that are not the last
+  const bool is_for_one;               ///< picture
+  bool takes = false;                  ///< fields' values, as soon as bricks are made of them
+  bool lacks_values = false;           ///< of its fields
+  bool is_fresh = false;               ///< since convert() there was no picture
   Box held = everywhere;               ///< bricks of the density that are kept
   NamedHoldout holdout;
   WholeAtlas atlas;
 };
 
-void Session::Impl::revive() {
-  atlas.restore();
+void Session::Impl::start_over() {
+  atlas.clear();
+  if (std::exchange(lacks_values, false))
+    unlit = make_view(view.scene,
+                      read_fields(view.scene, VdbFile(view.scene.input), false, {.allowed = true}))
+                .medium;
   view.medium = unlit;
-  if (lighting) lighting.emplace(view);
+  if (unlit.light) lighting.emplace(view);
 }
 
-void Session::Impl::complete(const Wish& wish) {
-  atlas.discards = false;
-  // without light, bricks are all that a last picture needs
-  const bool stands = wish.last && !lighting && !wish.layers.bound && atlas.has_bricks();
-  if (atlas.has_gaps() && !stands) revive();
+Field Session::Impl::take(std::shared_ptr<const Field> Medium::*grid) {
+  const std::shared_ptr<const Field> field = view.medium.*grid;
+  Field values = *field;
+  const auto rest = std::make_shared<const Field>(without_values(values));
+  for (Medium* medium : {&view.medium, &unlit})
+    for (auto* one : {&medium->density, &medium->luminance})
+      if (*one == field) *one = rest;
+  lacks_values = true;
+  return values;
+}
+
+const MediumAtlas& Session::Impl::bricks(PreparationTimes& times) {
+  std::optional<Field> density;
+  if (takes && atlas.empty() && !unlit.light &&
+      std::ranges::count(fields_of(view.medium), view.medium.density.get()) == 1)
+    density = take(&Medium::density);
+  return atlas.of(view, times, std::move(density));
 }
 
 View Session::Impl::viewed(const Wish& wish) {
-  complete(wish);
+  const bool stands = std::exchange(is_fresh, false) && may_take(wish);
+  if (lacks_values && !stands) start_over();
+  takes = false;
   View result = view;
   if (wish.scene) {
     result.scene = with_planes(with_default_tolerance(*wish.scene), *view.subject);
@@ -90,8 +123,7 @@ PartMarcher Session::Impl::parts_of(Marcher& marcher, const View& wanted, const 
     wish.team->agree([&] {
       View dark = wanted;
       dark.medium = unlit;
-      reused = reused || !wish.last || wish.layers.error || wish.layers.bound;
-      const Copies copies = memory_limit ? Copies{} : copies_of(marcher, dark, !reused);
+      const Copies copies = memory_limit ? Copies{} : copies_of(marcher, dark, may_take(wish));
       split = split_of(dark, wish, copies, memory_limit);
       if (wish.team->size() == 1 || !lighting) return;
       const Box bricks = split.parts.all()[std::size_t(wish.team->rank())].bricks;
@@ -115,28 +147,36 @@ void Session::Impl::hold(const Box& bricks) {
 void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need,
                           const StageProgress& progress, PreparationTimes& times) {
   if (!lighting) return;
-  const MediumAtlas* dark =
-      parts.marches_whole() ? &atlas.of(view, view.scene.texel, times) : nullptr;
-  const LightSource source{[&](const View& from) { return parts.light_depths(from); },
-                           [&](const View& from) { return parts.exact_depths(from, dark); }, dark,
-                           parts.light_share(unlit.density), [&] { atlas.discard_density(unlit); }};
+  const MediumAtlas* dark = parts.marches_whole() ? &bricks(times) : nullptr;
+  std::optional<LightSource> source(
+      {[&](const View& from) { return parts.light_depths(from); },
+       [&](const View& from) { return parts.exact_depths(from, dark); }, dark,
+       parts.light_share(unlit.density)});
   const Stopwatch watch;
   bool served = false;
   parts.team().agree([&] {
-    served = lighting->serves(wanted, source, need);
+    served = lighting->serves(wanted, *source, need);
     if (served) return;
     if (dark) {
-      atlas.upload(parts.marcher(), view, host_texel(view.scene.texel), Filter::exact, times);
+      atlas.upload(parts.marcher(), view, TexelType::float32, Filter::exact, times);
     } else {  // the light that is there may be half of what the memory holds
       view.medium = lighting->dark();
       lighting->forget();
     }
-    lighting->compute(wanted, source, need, of_stage(progress, Stage::lighting));
+    lighting->compute(wanted, *source, need, of_stage(progress, Stage::lighting));
   });
+  light_error = lighting->error();
+  shone = lighting->description();
   if (served) return;
-  atlas.discard_fields(unlit);
   view.medium = lighting->medium();
-  atlas.relight(view);
+  if (takes) {
+    source.reset();  // it holds the density
+    lighting.reset();
+    take(&Medium::density);
+    atlas.relight(view, take(&Medium::luminance));
+  } else {
+    atlas.relight(view);
+  }
   times.light_ms += watch.ms();
   times.light_cpu_ms += watch.cpu_ms();
 }
@@ -152,8 +192,10 @@ void Session::Impl::take_method(const Scene& scene) {
 void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
                             PreparationTimes& times) {
   take_method(wanted.scene);
-  wanted.medium = unlit;  // keeps no light that is to be replaced
+  wanted.medium = {};  // keeps no light that is to be replaced, and no values that go
   light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
+  if (parts.marches_whole()) bricks(times);
+  if (takes && view.medium.luminance) take(&Medium::luminance);
   wanted.medium = view.medium;
   if (!parts.marches_whole() || wish.layers.deep) return;
   if (wanted.scene.tolerance && may_be_coded(wanted)) return;  // the plan's codes will be uploaded
@@ -164,10 +206,9 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
                               PreparationTimes& times) {
   enter(wish.progress, Stage::choosing);
-  const MediumAtlas* grids = parts.whole() ? &atlas.of(view, marched.scene.texel, times) : nullptr;
+  const MediumAtlas* grids = parts.whole() ? &bricks(times) : nullptr;
   const Stopwatch watch;
-  MarchPlan result =
-      choose_march(parts, marched, wish, grids, lighting ? lighting->error() : LightError{});
+  MarchPlan result = choose_march(parts, marched, wish, grids, light_error);
   times.plan_ms += watch.ms();
   times.plan_cpu_ms += watch.cpu_ms();
   return result;
@@ -179,13 +220,8 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   PartMarcher parts = parts_of(marcher, wanted, wish);
   if (wish.layers.deep) return draw_deep(parts, std::move(wanted), wish);
   const bool slice = wanted.scene.shows(Shows::plane), marches = marcher.marches() && !slice;
-  atlas.discards =
-      wish.last && marches && parts.whole() && !wish.layers.error && !wish.layers.bound;
+  takes = may_take(wish) && marches && parts.whole();
   if (!slice) prepare(parts, wanted, wish, times);
-  if (atlas.discards) {
-    atlas.of(view, wanted.scene.texel, times);
-    atlas.discard_fields(view.medium);
-  }
   std::optional<MarchPlan> chosen = wish.plan;
   // a plan for the whole may have steps of its bricks
   if (marches && wanted.scene.tolerance && !(chosen && parts.whole()))
@@ -194,26 +230,24 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   AtlasSize stored;
   const CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
   if (marches && parts.whole()) {
-    stored = atlas
-                 .upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes,
-                         atlas.discards)
-                 .size();
+    stored =
+        atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes, takes)
+            .size();
   }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
-  std::optional<DrawnLight> shone;
-  if (lighting) shone = lighting->description();
+  const std::optional<DrawnLight> light = shone;
   if (marches) picture.confirm_plan();
   if (marches && wish.layers.error) {
     // light four times as exact: its remaining error changes the estimate by 3 %
-    if (lighting && lighting->error().rms > 0)
-      light(parts, wanted, {.rms = lighting->error().rms / 4}, wish.progress, times);
-    atlas.upload(marcher, view, host_texel(wanted.scene.texel), Filter::exact, times);
+    if (light_error.rms > 0)
+      this->light(parts, wanted, {.rms = light_error.rms / 4}, wish.progress, times);
+    atlas.upload(marcher, view, TexelType::float32, Filter::exact, times);
     picture.add_error(view.medium);
   }
   if (marches && wish.layers.bound) picture.add_bound(unlit);
   Drawn drawn = picture.finish();
-  drawn.light = std::move(shone);
+  drawn.light = light;
   drawn.atlas = stored;
   drawn.times = times;
   if (!marcher.marches() && wanted.scene.tolerance)
@@ -234,10 +268,10 @@ Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish
   check_deep(wanted.scene, parts);
   PreparationTimes times;
   prepare(parts, wanted, wish, times);
-  const MediumAtlas& grids = atlas.of(view, wanted.scene.texel, times);
-  Drawn drawn = deep_picture(wanted, grids, lighting ? light_share : 0,
+  const MediumAtlas& grids = bricks(times);
+  Drawn drawn = deep_picture(wanted, grids, unlit.light ? light_share : 0,
                              of_stage(wish.progress, Stage::marching));
-  if (lighting) drawn.light = lighting->description();
+  drawn.light = shone;
   drawn.atlas = grids.size();
   drawn.times = times;
   return drawn;
@@ -246,7 +280,7 @@ Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish
 Drawn Session::Impl::draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure) {
   double bytes = atlas.bytes();
   for (int tries = 0; tries < 6; ++tries) {
-    revive();
+    start_over();
     marcher.holds = 0;
     bytes /= 2;
     memory_limit = 2 * bytes;  // host and device
@@ -260,7 +294,8 @@ Drawn Session::Impl::draw_smaller(Marcher& marcher, const Wish& wish, const Devi
   throw failure;
 }
 
-Session::Session(View view) : impl_(std::make_unique<Impl>(std::move(view))) {}
+Session::Session(View view, bool for_one_picture)
+    : impl_(std::make_unique<Impl>(std::move(view), for_one_picture)) {}
 Session::Session(const Scene& scene)
     : Session([&] {
         const Scene complete = with_default_tolerance(scene);
@@ -274,14 +309,16 @@ Session::~Session() = default;
 
 const View& Session::view() const { return impl_->view; }
 
-void Session::convert(bool last) {
+void Session::convert() {
+  if (impl_->is_fresh) return;
   PreparationTimes times;
-  impl_->complete({.last = last});
-  impl_->atlas.discards = last;
+  if (impl_->lacks_values) impl_->start_over();
+  impl_->takes = impl_->is_for_one;
   View dark = impl_->view;
   dark.medium = impl_->unlit;
   if (!impl_->atlas.empty() || split_of(dark, {}, {}, impl_->memory_limit).whole)
-    impl_->atlas.of(impl_->view, impl_->view.scene.texel, times);
+    impl_->bricks(times);
+  impl_->is_fresh = true;
 }
 
 void Session::prepare(Marcher& marcher, const Wish& wish) {
@@ -320,7 +357,7 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
 std::vector<Explanation> Session::explain() {
   PreparationTimes times;
   const View view = impl_->viewed({});
-  const MediumAtlas& grids = impl_->atlas.of(view, view.scene.texel, times);
+  const MediumAtlas& grids = impl_->atlas.of(view, times);
   if (!view.scene.tolerance) return psivox::explain(view, grids);
   if (!view.medium.light) return psivox::explain(plan_march(view, grids).march->view, grids);
   std::vector<Explanation> lines = psivox::explain(view, grids);
@@ -333,7 +370,7 @@ std::vector<Explanation> Session::explain() {
 std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pixel) {
   PreparationTimes times;
   const View view = impl_->viewed({.scene = scene});
-  return pick_point(view, impl_->atlas.of(impl_->view, view.scene.texel, times), pixel);
+  return pick_point(view, impl_->atlas.of(impl_->view, times), pixel);
 }
 
 CheckedError Session::check_error(const Image& picture, int pixels, const StageProgress& progress) {
@@ -341,9 +378,9 @@ CheckedError Session::check_error(const Image& picture, int pixels, const StageP
   const Stopwatch watch;
   if (impl_->lighting) {
     PreparationTimes times;
-    view.medium = impl_->lighting->exact_medium(
-        view, impl_->atlas.of(view, view.scene.texel, times), checked_rays(view, picture, pixels),
-        of_stage(progress, Stage::lighting));
+    view.medium = impl_->lighting->exact_medium(view, impl_->atlas.of(view, times),
+                                                checked_rays(view, picture, pixels),
+                                                of_stage(progress, Stage::lighting));
   }
   const double light_ms = watch.ms();
   CheckedError error = check_pixels(view, picture, pixels, of_stage(progress, Stage::checking));

@@ -66,42 +66,33 @@ struct Needs {
   }
 };
 
-AtlasSize size_of(const Field& field, AtlasOptions options, TexelType texel) {
-  options.texel = texel;
-  return predict_atlas(field, options);
-}
-
 /// What a view needs. A density whose values stay in the file is split by its topology.
 Needs needs_of(const View& view, int light, const Copies& copies) {
   const Medium& medium = view.medium;
-  const TexelType texel = view.scene.texel;
   Needs needs{.copies = copies};
   const glm::ivec3 ghost = region_ghost(view);
   needs.margin = std::max({ghost.x, ghost.y, ghost.z, int(density_options(view).with_margin)});
   if (medium.density->reader) {
-    const double texel_bytes = texel == TexelType::float16 ? 2 : 4;
     needs.places = leaf_bricks(*medium.density);
     needs.bricks = double(std::max<std::size_t>(needs.places.size(), 1));
-    needs.texels = needs.bricks * brick_texels * texel_bytes;
+    needs.texels = needs.bricks * brick_texels * sizeof(float);
     needs.light = light * needs.texels;
     needs.on_host = double(value_bytes(*medium.density));
   } else {
-    AtlasOptions options = density_options(view);
-    options.texel = texel;
     AtlasSize density;
-    needs.places = textured_bricks(*medium.density, options, &density);
+    needs.places = textured_bricks(*medium.density, density_options(view), &density);
     needs.bricks = double(std::max<std::uint64_t>(density.textured_bricks, 1));
     needs.texels = double(density.texel_bytes);
     needs.light = light * double(density.texel_bytes);
     needs.fixed = double((1 + light) * (density.page_bytes + density.constant_bytes));
   }
   if (medium.gradient) {
-    const AtlasSize gradient = size_of(*medium.gradient, {}, texel);
+    const AtlasSize gradient = predict_atlas(*medium.gradient);
     needs.texels += double(gradient.texel_bytes);
     needs.fixed += double(gradient.bytes() - gradient.texel_bytes);
   }
   const auto add = [&](const Field& field, int channels) {
-    needs.fixed += channels * double(size_of(field, {}, texel).bytes());
+    needs.fixed += channels * double(predict_atlas(field).bytes());
   };
   if (medium.luminance && !light) add(*medium.luminance, 1);
   for (const Emission& emission : medium.emission) add(*emission.field, 1);
@@ -149,7 +140,7 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
   double count = needs.bricks;
   while (count >= 1 && needs.of_part(count) > limit) count *= 0.95;
   if (obstacle.empty() && count >= 1) return std::size_t(count);
-  std::string why = "; --texel float16 halves it";
+  std::string why = smaller_atlas;
   if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
   throw Error(ExitCode::memory, "grid '" + view.medium.density->name + "' needs an atlas of " +
                                     mebibytes(std::uint64_t(needs.whole())) +
@@ -236,11 +227,11 @@ Regions regions_of_part(const View& view, const Wish& wish, std::vector<glm::ive
 
 }  // namespace
 
-Copies copies_of(const Marcher& marcher, const View& view, bool discards) {
+Copies copies_of(const Marcher& marcher, const View& view, bool replaces) {
   if (!marcher.draws_in_place() || view.scene.filter != Filter::exact) return {};
   // codes, and pairs of density and light, are made of texels
   const bool made = has_codes(view.scene.texel) || view.medium.light;
-  return {.whole = discards ? 1 : 2, .part = made ? 2 : 1};
+  return {.whole = replaces ? 1 : 2, .part = made ? 2 : 1};
 }
 
 std::string light_obstacle(const View& view) {

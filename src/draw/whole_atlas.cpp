@@ -1,12 +1,9 @@
 #include "draw/whole_atlas.h"
 
-#include <algorithm>
 #include <atomic>
+#include <utility>
 
 #include "base/stopwatch.h"
-#include "field/leaf_values.h"
-#include "march/grids.h"
-#include "plan/plan.h"
 
 namespace psivox {
 namespace {
@@ -17,74 +14,38 @@ std::uint64_t next_upload() {
   return ++last;
 }
 
-/// Whether nothing else than its own bricks is made of the density's values from now on.
-bool only_bricks_need(const Medium& medium) {
-  return may_discard(*medium.density) && !medium.light && !medium.lit &&
-         std::ranges::count(fields_of(medium), medium.density.get()) == 1;
-}
-
 }  // namespace
 
-void WholeAtlas::restore() {
-  for (const auto& field : gone_)
-    if (field->origin) restore_leaves(*field);  // else it is light
-  gone_.clear();
-  clear();
-}
-
-void WholeAtlas::discard(const std::shared_ptr<const Field>& field) {
-  if (std::ranges::count(gone_, field)) return;
-  gone_.push_back(field);
-  discard_leaves(*field, 0, field->leaves.size());
-}
-
-void WholeAtlas::discard_density(const Medium& medium) {
-  if (discards && may_discard(*medium.density)) discard(medium.density);
-}
-
-void WholeAtlas::discard_fields(const Medium& medium) {
-  discard_density(medium);
-  if (discards && medium.luminance && (medium.lit || may_discard(*medium.luminance)))
-    discard(medium.luminance);
-}
-
 double WholeAtlas::bytes() const {
-  double bytes = 0;
-  for (const auto& [texel, atlas] : atlases_) bytes += double(atlas.size().bytes());
-  return bytes;
+  return empty() ? 0 : double((atlas_ ? *atlas_ : coded_->atlas).size().bytes());
 }
 
 void WholeAtlas::clear() {
   coded_.reset();
-  atlases_.clear();
+  atlas_.reset();
   uploads_.clear();
-  texels_are_gone_ = false;
 }
 
-const MediumAtlas& WholeAtlas::of(const View& view, TexelType texel, PreparationTimes& times) {
-  texel = host_texel(texel);
-  const auto found = atlases_.find(texel);
-  if (found != atlases_.end()) return found->second;
+const MediumAtlas& WholeAtlas::of(const View& view, PreparationTimes& times,
+                                  std::optional<Field> density) {
+  if (atlas_) return *atlas_;
   const Stopwatch watch;
-  View converted = view;
-  converted.scene.texel = texel;
-  const bool discarding = discards && only_bricks_need(view.medium);
-  if (discarding) gone_.push_back(view.medium.density);
-  const MediumAtlas& built =
-      atlases_.emplace(texel, build_medium_atlas(converted, discarding)).first->second;
+  atlas_ = build_medium_atlas(view, std::move(density));
   times.atlas_ms += watch.ms();
-  return built;
+  return *atlas_;
 }
 
 const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                          PreparationTimes& times, bool last) {
-  const MediumAtlas& atlas = of(view, texel, times);
+  const MediumAtlas& atlas = of(view, times);
   const CodeWidths widths = codes ? codes : fixed_widths(atlas, texel);
   if (!widths) return atlas;
   if (coded_ && *coded_->widths == *widths) return coded_->atlas;
   const Stopwatch watch;
   coded_.reset();  // before the next take memory
-  coded_ = {widths, coded(atlas, *widths, last), next_upload()};
+  coded_ = {widths, last ? coded(std::move(*atlas_), *widths) : coded(atlas, *widths),
+            next_upload()};
+  if (last) atlas_.reset();
   times.atlas_ms += watch.ms();
   return coded_->atlas;
 }
@@ -93,33 +54,19 @@ const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelT
                                       Filter filter, PreparationTimes& times,
                                       const CodeWidths& codes, bool last) {
   const MediumAtlas& wanted = on_device(view, texel, codes, times, last);
-  std::uint64_t& number =
-      wanted.density.codes ? coded_->number : uploads_[{host_texel(texel), filter}];
+  std::uint64_t& number = wanted.density.codes ? coded_->number : uploads_[filter];
   if (number == 0 || marcher.holds != number) {
     marcher.holds = 0;
     marcher.upload(wanted, filter);
     if (number == 0) number = next_upload();
     marcher.holds = number;
   }
-  marcher.may_discard = last;
-  texels_are_gone_ = texels_are_gone_ || last;
-  if (last && wanted.density.codes)
-    for (auto& [type, atlas] : atlases_) {
-      atlas.density.texels32.reset();
-      if (atlas.paired) atlas.luminance->texels32.reset();
-    }
   return wanted;
 }
 
-void WholeAtlas::relight(const View& view) {
+void WholeAtlas::relight(const View& view, std::optional<Field> luminance) {
   coded_.reset();
-  View shining = view;
-  const bool discarding = discards && atlases_.size() == 1;
-  if (discarding) gone_.push_back(view.medium.luminance);
-  for (auto& [texel, lit] : atlases_) {
-    shining.scene.texel = texel;
-    add_luminance(lit, shining, discarding);
-  }
+  if (atlas_) add_luminance(*atlas_, view, std::move(luminance));
   uploads_.clear();
 }
 

@@ -2,51 +2,37 @@
 
 #include <cstdint>
 #include <map>
-#include <memory>
 #include <optional>
-#include <utility>
-#include <vector>
 
-#include "atlas/atlas_plan.h"
 #include "march/marcher.h"
 #include "psivox/draw.h"
 
 namespace psivox {
 
-/// The atlases of a whole medium, in float32 or float16 or both, and the codes that were made of
-/// them last, as long as the medium is drawn as one part.
+/// The atlas of a whole medium, and the codes that were made of it last, as long as the medium is
+/// drawn as one part.
 class WholeAtlas {
  public:
-  /// Lets values of fields and bricks go as soon as a picture needs them no more.
-  bool discards = false;
-  bool has_bricks() const { return !atlases_.empty() && !texels_are_gone_; }
-  /// Whether some are gone.
-  bool has_gaps() const { return texels_are_gone_ || !gone_.empty(); }
-  /// Reads the fields' values again, and clears.
-  void restore();
-
-  bool empty() const { return atlases_.empty(); }
-  /// What they take on the host [bytes].
+  bool empty() const { return !atlas_ && !coded_; }
+  /// What it takes on the host [bytes].
   double bytes() const;
   void clear();
 
-  /// The atlas of a view with that texel type, built if it is not there.
-  const MediumAtlas& of(const View& view, TexelType texel, PreparationTimes& times);
+  /// The atlas of a view, built if it is not there. `density`: the view's, moved in.
+  const MediumAtlas& of(const View& view, PreparationTimes& times,
+                        std::optional<Field> density = {});
   /// The atlas as the device stores it: in codes of these widths, in the texel type's own codes, or
-  /// as bricks. `last`: float32 texels are freed as codes are stored.
+  /// as bricks. `last`: codes may take the place of texels. Until clear() nothing else is made
+  /// then.
   const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
                                PreparationTimes& times, bool last = false);
-  /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads. If it
-  /// is the last, the host's texels go.
+  /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads.
   const MediumAtlas& upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
                             PreparationTimes& times, const CodeWidths& codes = {},
                             bool last = false);
-  /// If it discards: lets the density's values go, of which all is made.
-  void discard_density(const Medium& medium);
-  /// If it discards: lets the density's and the luminance's values go, of which all is made.
-  void discard_fields(const Medium& medium);
-  /// Replaces the luminance, after the view's light was computed.
-  void relight(const View& view);
+  /// Replaces the luminance, after the view's light was computed. `luminance`: the view's, moved
+  /// in.
+  void relight(const View& view, std::optional<Field> luminance = {});
 
  private:
   struct Coded {
@@ -55,13 +41,8 @@ class WholeAtlas {
     std::uint64_t number;  ///< of its upload
   };
 
-  /// Lets a field's values go, until restore().
-  void discard(const std::shared_ptr<const Field>& field);
-
-  std::map<TexelType, MediumAtlas> atlases_;
-  bool texels_are_gone_ = false;                                   ///< those of the atlases
-  std::vector<std::shared_ptr<const Field>> gone_;                 ///< fields without values
-  std::map<std::pair<TexelType, Filter>, std::uint64_t> uploads_;  ///< their numbers
+  std::optional<MediumAtlas> atlas_;
+  std::map<Filter, std::uint64_t> uploads_;  ///< of the atlas: their numbers
   std::optional<Coded> coded_;
 };
 

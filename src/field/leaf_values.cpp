@@ -1,7 +1,6 @@
 #include "field/leaf_values.h"
 
 #include <algorithm>
-#include <cstring>
 #include <glm/vector_relational.hpp>
 #include <iterator>
 #include <memory>
@@ -85,39 +84,6 @@ void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& 
   flush();
 }
 
-bool may_discard(const Field& field) {
-  if (!field.origin || !field.storage || field.array) return false;
-  if (field.origin->storage.lock() != field.storage) return false;
-  return field.storage.use_count() == 1;
-}
-
-void discard_leaves(const Field& field, std::size_t first, std::size_t end) {
-  const std::size_t floats = floats_per_leaf(field);
-  while (first < end) {
-    const float* const values = field.leaves[first].values;
-    std::size_t count = 1;  // of leaves one behind another
-    while (first + count < end && field.leaves[first + count].values == values + count * floats)
-      ++count;
-    discard_values(const_cast<float*>(values), count * floats * sizeof(float));
-    first += count;
-  }
-}
-
-void restore_leaves(const Field& field) {
-  const Field again = field.origin->read_again();
-  const bool same =
-      std::ranges::equal(again.leaves, field.leaves, {}, &Leaf::origin, &Leaf::origin);
-  if (!same || again.channels != field.channels || again.reader)
-    throw Error(ExitCode::input, "grid " + in_quotes(field.name) + " of the file has changed");
-  const std::size_t bytes = floats_per_leaf(field) * sizeof(float);
-  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
-    const float* const to = field.leaves[n].values;
-    // what stayed may lie in memory that is only to be read
-    if (std::memcmp(to, again.leaves[n].values, bytes) != 0)
-      std::memcpy(const_cast<float*>(to), again.leaves[n].values, bytes);
-  }
-}
-
 Field part_of_field(const Field& field, const Box& voxels) {
   return part_of_field(field, [&](const Leaf& leaf) {
     return glm::all(glm::lessThanEqual(leaf.origin, voxels.max)) &&
@@ -125,7 +91,7 @@ Field part_of_field(const Field& field, const Box& voxels) {
   });
 }
 
-Field part_of_field(const Field& field, const WantLeaf& wanted) {
+Field without_values(const Field& field) {
   // not a copy of the whole: leaves are many
   Field part;
   part.name = field.name;
@@ -140,18 +106,27 @@ Field part_of_field(const Field& field, const WantLeaf& wanted) {
   part.stored_range = field.stored_range;
   part.active_percentiles = field.active_percentiles;
   part.half_width = field.half_width;
+  part.absent = field.absent;
+  part.scale = field.scale;
+  part.replaced = field.replaced;
+  part.notices = field.notices;
+  return part;
+}
+
+Field part_of_field(const Field& field, const WantLeaf& wanted) {
+  Field part = without_values(field);
   part.tiles = field.tiles;
   if (!field.reader) {
     part.array = field.array;
     part.storage = field.storage;
+    part.storage.leaves = 0;
     std::ranges::copy_if(field.leaves, std::back_inserter(part.leaves), wanted);
     return part;
   }
   std::vector<std::uint32_t> numbers;
   for (std::size_t n = 0; n < field.leaves.size(); ++n)
     if (wanted(field.leaves[n])) numbers.push_back(std::uint32_t(n));
-  const auto values =
-      std::make_shared_for_overwrite<float[]>(numbers.size() * floats_per_leaf(field));
+  const auto values = page_array<float>(numbers.size() * floats_per_leaf(field));
   part.leaves = read_leaves(field, numbers, values.get());
   part.storage = values;
   return part;

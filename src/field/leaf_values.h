@@ -85,17 +85,8 @@ std::uint64_t value_bytes(const Field& field);
 /// Throws Error(memory) if the values of leaves are not in memory, for what needs all of them.
 void check_in_memory(const Field& field);
 
-/// Whether the values of a field's leaves may go before the field does: leaves have values of their
-/// own, they come from a file, and no other field has them.
-bool may_discard(const Field& field);
-
-/// Gives the memory of values of leaves [first, end) back to the system, as far as it is whole
-/// pages.
-void discard_leaves(const Field& field, std::size_t first, std::size_t end);
-
-/// Reads all values again, and puts those that went back to their places. Throws Error(input),
-/// Error(memory).
-void restore_leaves(const Field& field);
+/// The field without leaves and tiles, whose values are elsewhere.
+Field without_values(const Field& field);
 
 using VisitLeaves = std::function<void(std::span<const Leaf> leaves)>;
 using WantLeaf = std::function<bool(const Leaf& leaf)>;

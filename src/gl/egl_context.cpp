@@ -19,7 +19,7 @@ constexpr const char* install_advice =
     "; install an OpenGL driver with EGL, such as Debian's libegl1 and libgl1-mesa-dri";
 
 constexpr const char* memory_advice =
-    "--texel float16 halves the atlas, and a smaller --memory-limit draws it in parts";
+    "--lod 1 takes an eighth of it, and a smaller --memory-limit draws it in parts";
 
 bool has_extension(const char* extensions, const char* name) {
   if (!extensions) return false;

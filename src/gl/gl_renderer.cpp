@@ -104,14 +104,13 @@ struct GlRenderer::Impl {
     throw Error(ExitCode::failure, what);
   }
 
-  /// Its textures; if they are made now, the host's texels may be discarded. Makes the context
-  /// current.
-  const gl::GridTextures& uploaded(Filter wanted, const char* what, bool may_discard = false) {
+  /// Its textures. Makes the context current.
+  const gl::GridTextures& uploaded(Filter wanted, const char* what) {
     given(wanted, what);
     context.make_current();
     if (textures) return *textures;
     const Stopwatch watch;
-    textures.emplace(*atlas, filter, may_discard);
+    textures.emplace(*atlas, filter);
     context.check("copying the atlas");
     glFinish();
     upload_ms = watch.ms();
@@ -159,7 +158,6 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter) {
   }
   impl.atlas = &atlas;
   impl.filter = filter;
-  may_discard = false;
 }
 
 LightDepths GlRenderer::light_depths(const View& view) {
@@ -190,7 +188,7 @@ void GlRenderer::with_lattice(const View& view, const Beam& beam, const UseLatti
 RenderResult GlRenderer::render(const View& view, const RenderOptions& options) {
   Impl& impl = *impl_;
   const gl::GridTextures& textures =
-      impl.uploaded(view.scene.filter, "render needs an upload for the same filter", may_discard);
+      impl.uploaded(view.scene.filter, "render needs an upload for the same filter");
   MarchSetup setup = make_march_setup(view, textures.atlas(), options);
   RenderResult result;
   RenderStats& stats = result.stats;

@@ -11,9 +11,7 @@
 #include <limits>
 #include <memory>
 #include <string>
-#include <type_traits>
 
-#include "base/memory.h"
 #include "gl/march_program.h"
 #include "march/marcher.h"
 
@@ -25,9 +23,9 @@ namespace psivox::gl {
 class AtlasTextures {
  public:
   /// `beside`: an atlas of the same bricks, whose texels become further channels of this one's; for
-  /// exact filtering only. `discard`: see GridTextures. Throws Error(graphics) where the device's
-  /// limits are too small, Error(memory) where its memory is.
-  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside, bool discard);
+  /// exact filtering only. Throws Error(graphics) where the device's limits are too small,
+  /// Error(memory) where its memory is.
+  AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside);
   ~AtlasTextures();
   AtlasTextures(const AtlasTextures&) = delete;
   AtlasTextures& operator=(const AtlasTextures&) = delete;
@@ -45,7 +43,7 @@ class AtlasTextures {
   GLuint buffer_texture(GLenum format, const void* data, std::size_t bytes, GLbitfield flags = 0);
   GLuint texture_of_last_buffer(GLenum format) const;
   /// A texture of an atlas's array, from the value `first` on. A driver that draws on the CPU uses
-  /// the array itself. Else the values of an array of float32 are discarded if they may be.
+  /// the array itself.
   template <typename T>
   GLuint texel_texture(GLenum format, const std::shared_ptr<T[]>& array, std::size_t first,
                        std::size_t count);
@@ -56,11 +54,8 @@ class AtlasTextures {
   void upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside);
   /// `pairs`: a texel is two words.
   void upload_codes(const BrickAtlas& atlas, bool pairs);
-  /// A texture of texels of one channel, each followed by `others` channels of another grid.
-  template <typename T>
-  GLuint pair_texture(GLenum format, T* own, T* beside, std::size_t count, std::size_t others);
-  /// A texture of `count` texels of both atlases, from the `first` on.
-  GLuint upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside, std::uint64_t first,
+  /// A texture of `count` texels, `from` one on, each followed by those of another atlas.
+  GLuint upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside, std::uint64_t from,
                       std::uint64_t count);
   void upload_bricks(const BrickAtlas& atlas);
 
@@ -69,17 +64,15 @@ class AtlasTextures {
   std::vector<GLuint> storage_;                      ///< buffer objects
   std::vector<std::shared_ptr<const void>> arrays_;  ///< that the driver uses
   std::uint64_t max_texels_ = 0;
-  bool discard_, in_place_;
+  bool in_place_;
   int texels_per_buffer_ = brick_texels;
 };
 
 namespace {
 
-/// A vector's texels are padded to four values: three halves exist in no texture buffer, and three
-/// floats take llvmpipe 1.2 times as long to fetch.
-template <typename T>
-std::vector<T> padded(const T* texels, std::size_t count) {
-  std::vector<T> result(count * 4);
+/// A vector's texels, padded to four values: three take llvmpipe 1.2 times as long to fetch.
+std::vector<float> padded(const float* texels, std::size_t count) {
+  std::vector<float> result(count * 4);
   for (std::size_t i = 0; i < count; ++i)
     for (std::size_t c = 0; c < 3; ++c) result[4 * i + c] = texels[3 * i + c];
   return result;
@@ -88,10 +81,7 @@ std::vector<T> padded(const T* texels, std::size_t count) {
 /// Texels of three floats that are padded: no limit on memory counts what is added to them, 16 MiB.
 constexpr std::uint64_t most_padded = std::uint64_t{1} << 22;
 
-GLenum buffer_format(const BrickAtlas& atlas) {
-  if (atlas.texel == TexelType::float32) return atlas.channels == 1 ? GL_R32F : GL_RGB32F;
-  return atlas.channels == 1 ? GL_R16F : GL_RGBA16F;
-}
+GLenum format_of(const BrickAtlas& atlas) { return atlas.channels == 1 ? GL_R32F : GL_RGB32F; }
 
 }  // namespace
 
@@ -101,9 +91,8 @@ bool draws_from_host() {
          epoxy_has_gl_extension("GL_AMD_pinned_memory");
 }
 
-AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside,
-                             bool discard)
-    : discard_(discard), in_place_(draws_from_host()) {
+AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const BrickAtlas* beside)
+    : in_place_(draws_from_host()) {
   GLint limit = 0;
   glGetIntegerv(GL_MAX_TEXTURE_BUFFER_SIZE, &limit);
   max_texels_ = std::uint64_t(limit);
@@ -114,7 +103,7 @@ AtlasTextures::AtlasTextures(const BrickAtlas& atlas, Filter filter, const Brick
     throw DeviceFull(ExitCode::graphics,
                      "the page table has " + std::to_string(entries) +
                          " entries, more than the device's texture buffers hold");
-  constants_ = buffer_texture(atlas.channels == 1 ? GL_R32F : GL_RGB32F, atlas.constants.data(),
+  constants_ = buffer_texture(format_of(atlas), atlas.constants.data(),
                               atlas.constants.size() * sizeof(float));
   if (filter == Filter::hardware) {
     upload_bricks(atlas);
@@ -169,16 +158,7 @@ GLuint AtlasTextures::texel_texture(GLenum format, const std::shared_ptr<T[]>& a
     arrays_.push_back(array);
     return texture_of_last_buffer(format);
   }
-  constexpr std::size_t piece = std::size_t{1} << 20;
-  if (!discard_ || !std::is_same_v<T, float> || !is_worth_discarding(count * sizeof(T)))
-    return buffer_texture(format, texels, count * sizeof(T));
-  const GLuint texture = buffer_texture(format, nullptr, count * sizeof(T), GL_DYNAMIC_STORAGE_BIT);
-  for (std::size_t at = 0; at < count; at += piece) {
-    const std::size_t bytes = std::min(piece, count - at) * sizeof(T);
-    glNamedBufferSubData(storage_.back(), GLintptr(at * sizeof(T)), GLsizeiptr(bytes), texels + at);
-    discard_values(texels + at, bytes);
-  }
-  return texture;
+  return buffer_texture(format, texels, count * sizeof(T));
 }
 
 void AtlasTextures::upload_pages(const std::vector<std::uint32_t>& entries) {
@@ -203,19 +183,13 @@ void AtlasTextures::upload_texels(std::uint64_t texels, const Upload& upload) {
 void AtlasTextures::upload_buffers(const BrickAtlas& atlas, const BrickAtlas* beside) {
   const auto channels = std::uint64_t(atlas.channels);
   const std::uint64_t texels = atlas.bricks.size() * brick_texels;
-  const GLenum format = buffer_format(atlas);
   upload_texels(texels, [&](std::uint64_t first, std::uint64_t count) {
     if (beside) return upload_pairs(atlas, *beside, first, count);
     const std::uint64_t at = first * channels;
-    if (atlas.texel == TexelType::float32 && (channels == 1 || in_place_ || texels > most_padded))
-      return texel_texture(format, atlas.texels32, at, count * channels);
-    if (atlas.texel == TexelType::float32) {
-      const auto four = padded(atlas.texels32.get() + at, count);
-      return buffer_texture(GL_RGBA32F, four.data(), four.size() * sizeof(float));
-    }
-    if (channels == 1) return texel_texture(format, atlas.texels16, at, count);
-    const auto four = padded(atlas.texels16.get() + at, count);
-    return buffer_texture(format, four.data(), four.size() * 2);
+    if (channels == 1 || in_place_ || texels > most_padded)
+      return texel_texture(format_of(atlas), atlas.texels, at, count * channels);
+    const std::vector<float> four = padded(atlas.texels.get() + at, count);
+    return buffer_texture(GL_RGBA32F, four.data(), four.size() * sizeof(float));
   });
 }
 
@@ -227,42 +201,31 @@ void AtlasTextures::upload_codes(const BrickAtlas& atlas, bool pairs) {
   });
 }
 
-template <typename T>
-GLuint AtlasTextures::pair_texture(GLenum format, T* own, T* beside, std::size_t count,
-                                   std::size_t others) {
+GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,
+                                   std::uint64_t from, std::uint64_t count) {
+  const bool vector = beside.channels == 3;
+  const std::size_t others = vector ? 3 : 1;
+  float* const own = atlas.texels.get() + from;
+  float* const other = beside.texels.get() + from * others;
   const std::size_t width = 1 + others;
   // a piece at a time, so that what is written last is still in the processor's cache
   constexpr std::size_t piece = std::size_t{1} << 18;
-  std::vector<T> pairs(std::min(count, piece) * width);
-  const GLuint texture =
-      buffer_texture(format, nullptr, count * width * sizeof(T), GL_DYNAMIC_STORAGE_BIT);
+  std::vector<float> pairs(std::min(count, piece) * width);
+  const GLuint texture = buffer_texture(vector ? GL_RGBA32F : GL_RG32F, nullptr,
+                                        count * width * sizeof(float), GL_DYNAMIC_STORAGE_BIT);
   for (std::size_t first = 0; first < count; first += piece) {
     const std::size_t size = std::min(count - first, piece);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, size, 65536), [&](const auto& some) {
       for (std::size_t i = some.begin(); i != some.end(); ++i) {
-        T* to = pairs.data() + i * width;
+        float* to = pairs.data() + i * width;
         to[0] = own[first + i];
-        for (std::size_t c = 0; c < others; ++c) to[1 + c] = beside[(first + i) * others + c];
+        for (std::size_t c = 0; c < others; ++c) to[1 + c] = other[(first + i) * others + c];
       }
     });
-    glNamedBufferSubData(storage_.back(), GLintptr(first * width * sizeof(T)),
-                         GLsizeiptr(size * width * sizeof(T)), pairs.data());
-    if (!discard_) continue;
-    discard_values(own + first, size * sizeof(T));
-    discard_values(beside + first * others, size * others * sizeof(T));
+    glNamedBufferSubData(storage_.back(), GLintptr(first * width * sizeof(float)),
+                         GLsizeiptr(size * width * sizeof(float)), pairs.data());
   }
   return texture;
-}
-
-GLuint AtlasTextures::upload_pairs(const BrickAtlas& atlas, const BrickAtlas& beside,
-                                   std::uint64_t first, std::uint64_t count) {
-  const bool vector = beside.channels == 3;
-  const std::size_t others = vector ? 3 : 1;
-  if (atlas.texel == TexelType::float16)
-    return pair_texture(vector ? GL_RGBA16F : GL_RG16F, atlas.texels16.get() + first,
-                        beside.texels16.get() + first * others, count, others);
-  return pair_texture(vector ? GL_RGBA32F : GL_RG32F, atlas.texels32.get() + first,
-                      beside.texels32.get() + first * others, count, others);
 }
 
 void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
@@ -279,13 +242,9 @@ void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
         ExitCode::graphics,
         "an atlas of " + std::to_string(bricks) +
             " bricks does not fit the device's largest 3D texture; use --filter exact");
-  const bool half = atlas.texel == TexelType::float16;
-  const GLenum format = atlas.channels == 1 ? GL_RED : GL_RGB;
-  const GLenum internal =
-      atlas.channels == 1 ? (half ? GL_R16F : GL_R32F) : (half ? GL_RGB16F : GL_RGB32F);
   glCreateTextures(GL_TEXTURE_3D, 1, &bricks_);
-  glTextureStorage3D(bricks_, 1, internal, GLsizei(nx * brick_values), GLsizei(ny * brick_values),
-                     GLsizei(nz * brick_values));
+  glTextureStorage3D(bricks_, 1, format_of(atlas), GLsizei(nx * brick_values),
+                     GLsizei(ny * brick_values), GLsizei(nz * brick_values));
   glTextureParameteri(bricks_, GL_TEXTURE_MIN_FILTER, GL_LINEAR);
   glTextureParameteri(bricks_, GL_TEXTURE_MAG_FILTER, GL_LINEAR);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -302,10 +261,9 @@ void AtlasTextures::upload_bricks(const BrickAtlas& atlas) {
   upload_pages(entries);
   for (std::size_t slot = 0; slot < atlas.bricks.size(); ++slot) {
     const glm::ivec3 at = place(slot) * brick_values;
-    const void* data = half ? static_cast<const void*>(atlas.texels16.get() + slot * per_brick)
-                            : static_cast<const void*>(atlas.texels32.get() + slot * per_brick);
     glTextureSubImage3D(bricks_, 0, at.x, at.y, at.z, brick_values, brick_values, brick_values,
-                        format, half ? GL_HALF_FLOAT : GL_FLOAT, data);
+                        atlas.channels == 1 ? GL_RED : GL_RGB, GL_FLOAT,
+                        atlas.texels.get() + slot * per_brick);
   }
   texels_.push_back(buffer_texture(GL_R32F, nullptr, 0));  // what the shader declares, unread
 }
@@ -318,17 +276,17 @@ void AtlasTextures::bind(int first_unit) const {
   for (const GLuint texture : texels_) glBindTextureUnit(unit++, texture);
 }
 
-GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter, bool discard)
+GridTextures::GridTextures(const MediumAtlas& atlas, Filter filter)
     : atlas_(atlas), filter_(filter) {
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
   // float32 texels that the device reads from the host's memory are not copied into pairs
-  const bool in_place = draws_from_host() && atlas.density.texels32;
+  const bool in_place = draws_from_host() && atlas.density.texels;
   const bool pairs = atlas.paired && filter == Filter::exact && (atlas.density.codes || !in_place);
   int needed = MarchProgram::first_grid_unit;
   for (std::size_t i = 0; i < grids.size(); ++i) {
     if (!grids[i] || (pairs && i == luminance_grid)) continue;
     const BrickAtlas* beside = pairs && i == density_grid ? grids[luminance_grid] : nullptr;
-    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter, beside, discard);
+    textures_[i] = std::make_unique<const AtlasTextures>(*grids[i], filter, beside);
     needed += textures_[i]->units();
   }
   GLint units = 0;

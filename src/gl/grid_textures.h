@@ -16,10 +16,8 @@ bool draws_from_host();
 /// The grids of an atlas on the GPU. Needs a current context for its whole life.
 class GridTextures {
  public:
-  /// `discard`: float32 texels lose their values on the host if they are copied, for exact
-  /// filtering. Throws Error(graphics) beyond the device's limits. The atlas must stay as long as
-  /// this.
-  GridTextures(const MediumAtlas& atlas, Filter filter, bool discard = false);
+  /// Throws Error(graphics) beyond the device's limits. The atlas must stay as long as this.
+  GridTextures(const MediumAtlas& atlas, Filter filter);
   ~GridTextures();
 
   const MediumAtlas& atlas() const { return atlas_; }

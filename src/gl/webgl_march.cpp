@@ -42,15 +42,13 @@ class Uniforms {
 };
 
 WebNumbers texels_of(const BrickAtlas& atlas) {
-  if (atlas.texel == TexelType::float32)
-    return {bytes_of(atlas.texels32.get(), atlas.texel_count()), 4, atlas.channels};
-  return {bytes_of(atlas.texels16.get(), atlas.texel_count()), 2, atlas.channels};
+  return {bytes_of(atlas.texels.get(), atlas.texel_count()), atlas.channels};
 }
 
 /// No texture has three channels that WebGL must support.
-std::string format_of(int channels, int size) {
-  constexpr const char* of[] = {"", "R", "RG", "RGBA", "RGBA"};
-  return of[channels] + std::to_string(8 * size) + "F";
+const char* format_of(int channels) {
+  constexpr const char* of[] = {"", "R32F", "RG32F", "RGBA32F", "RGBA32F"};
+  return of[channels];
 }
 
 void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas* beside,
@@ -59,22 +57,21 @@ void add_grid(const std::string& name, const BrickAtlas& atlas, const BrickAtlas
   textures.push_back({name + "_pages", "R32UI", {{bytes_of(pages.data(), pages.size())}}});
   const std::vector<float>& constants = atlas.constants;
   textures.push_back({name + "_constants",
-                      format_of(atlas.channels, 4),
-                      {{bytes_of(constants.data(), constants.size()), 4, atlas.channels}}});
+                      format_of(atlas.channels),
+                      {{bytes_of(constants.data(), constants.size()), atlas.channels}}});
   if (atlas.codes) {
     const std::string_view codes = bytes_of(atlas.codes.get(), atlas.code_count());
     textures.push_back({name + "_codes",
                         beside ? "RGBA32UI" : "RG32UI",
-                        {{codes, 4, beside ? 4 : 2}},
-                        beside ? 1 + beside->channels : 1,
-                        atlas.code_unit});
+                        {{codes, beside ? 4 : 2}},
+                        beside ? 1 + beside->channels : 1});
     return;
   }
   WebTexture texels{name + "_texels", {}, {texels_of(atlas)}};
   if (beside) texels.channels.push_back(texels_of(*beside));
   int channels = 0;
   for (const WebNumbers& some : texels.channels) channels += some.channels;
-  texels.format = format_of(channels, texels.channels[0].size);
+  texels.format = format_of(channels);
   textures.push_back(std::move(texels));
 }
 
@@ -223,7 +220,7 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
   setup.parameters.max_turns = 1 << 30;  // a page's tiles are small, its camera is anywhere
   march.textures = web_textures(atlas);
   march.textures.push_back(
-      {"tables", "RGBA32F", {{bytes_of(setup.tables.data(), setup.tables.size()), 4, 4}}});
+      {"tables", "RGBA32F", {{bytes_of(setup.tables.data(), setup.tables.size()), 4}}});
   ProgramKey key;
   key.constants = setup.constants;
   const std::vector<std::string> names = names_in(march.textures, &WebTexture::name);

@@ -16,10 +16,10 @@ struct WebUniform {
   std::vector<double> values;
 };
 
-/// Some channels of a texture's entries: numbers of `size` bytes.
+/// Some channels of a texture's entries: numbers of 4 bytes.
 struct WebNumbers {
   std::string_view bytes;
-  int size = 4, channels = 1;
+  int channels = 1;
 };
 
 /// Entries for texture buffers, one after the other.
@@ -27,7 +27,6 @@ struct WebTexture {
   std::string name, format;  ///< `RGBA32F`
   std::vector<WebNumbers> channels;
   int code_channels = 0;  ///< of bricks in codes (CodeWidth); 0: these are no codes
-  int code_unit = 0;      ///< words of a channel that payloads count
 };
 
 /// How a camera's rays come into a grid's voxels (RayBundle).

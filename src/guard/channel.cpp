@@ -86,18 +86,20 @@ std::optional<Message> receive(int socket) {
   return message;
 }
 
-Descriptor shared_copy(std::string_view bytes) {
+Descriptor shared_copy(std::span<const std::string_view> all) {
   Descriptor memory(memfd_create("psivox answer", MFD_CLOEXEC | MFD_ALLOW_SEALING));
   if (!memory) throw std::bad_alloc();
   // faster than through a mapping, which the system fills page by page
-  for (std::size_t at = 0; at < bytes.size();) {
-    const ssize_t written =
-        pwrite(memory.get(), bytes.data() + at, bytes.size() - at, static_cast<off_t>(at));
-    if (written < 0 && errno == EFBIG)
-      throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
-    if (written < 0 && errno != EINTR) throw std::bad_alloc();
-    at += static_cast<std::size_t>(std::max<ssize_t>(written, 0));
-  }
+  off_t end = 0;
+  for (std::string_view bytes : all)
+    while (!bytes.empty()) {
+      const ssize_t written = pwrite(memory.get(), bytes.data(), bytes.size(), end);
+      if (written < 0 && errno == EFBIG)
+        throw std::runtime_error("its values are larger than the limit of file sizes (ulimit -f)");
+      if (written < 0 && errno != EINTR) throw std::bad_alloc();
+      end += std::max<ssize_t>(written, 0);
+      bytes.remove_prefix(static_cast<std::size_t>(std::max<ssize_t>(written, 0)));
+    }
   return memory;
 }
 
@@ -115,32 +117,21 @@ SealedMemory::SealedMemory(Descriptor memory) : memory_(std::move(memory)) {
   size_ = static_cast<std::size_t>(status.st_size);
 }
 
-void SealedMemory::map(char* place) const {
-  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  const std::size_t whole = size_ / page * page, rest = size_ - whole;
-  const auto mapped = [](void* at, std::size_t size, int access, int flags, int memory) {
-    if (size > 0 && mmap(at, size, access, flags | MAP_FIXED, memory, 0) == MAP_FAILED)
-      throw std::bad_alloc();
-  };
-  mapped(place, whole, PROT_READ, MAP_SHARED | MAP_POPULATE, memory_.get());
-  mapped(place + whole, rest, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1);
-  copy(whole, rest, place + whole);
+std::shared_ptr<const char> SealedMemory::map() const {
+  void* const first = mmap(nullptr, size_, PROT_READ, MAP_SHARED | MAP_POPULATE, memory_.get(), 0);
+  if (first == MAP_FAILED) throw std::bad_alloc();
+  return {static_cast<const char*>(first),
+          [size = size_](const char* map) { munmap(const_cast<char*>(map), size); }};
 }
 
 std::string SealedMemory::text() const {
   std::string text(size_, '\0');
-  copy(0, size_, text.data());
-  return text;
-}
-
-void SealedMemory::copy(std::size_t from, std::size_t size, char* to) const {
-  while (size > 0) {
-    const ssize_t got = pread(memory_.get(), to, size, static_cast<off_t>(from));
+  for (std::size_t at = 0; at < size_;) {
+    const ssize_t got = pread(memory_.get(), text.data() + at, size_ - at, static_cast<off_t>(at));
     if (got <= 0) throw std::runtime_error("shared memory cannot be read");
-    from += static_cast<std::size_t>(got);
-    to += got;
-    size -= static_cast<std::size_t>(got);
+    at += static_cast<std::size_t>(got);
   }
+  return text;
 }
 
 }  // namespace psivox::guard

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -53,9 +54,10 @@ bool send(int socket, std::string_view bytes, std::span<const int> descriptors =
 /// too long.
 std::optional<Message> receive(int socket);
 
-/// Memory with a copy of the bytes. Throws std::bad_alloc, or std::runtime_error if a limit of file
-/// sizes is in the way.
-Descriptor shared_copy(std::string_view bytes);
+/// Memory with a copy of some bytes, one after another. Throws std::bad_alloc, or
+/// std::runtime_error if a limit of file sizes is in the way.
+Descriptor shared_copy(std::span<const std::string_view> all);
+inline Descriptor shared_copy(std::string_view bytes) { return shared_copy({&bytes, 1}); }
 
 /// Memory that another process has made. From now on nobody can change it or its size.
 class SealedMemory {
@@ -63,15 +65,12 @@ class SealedMemory {
   /// Throws std::runtime_error if another process can still write to it.
   explicit SealedMemory(Descriptor memory);
   std::size_t size() const { return size_; }
-  /// Maps its whole pages to that place, and copies the rest: a page that is not whole could not be
-  /// discarded. Throws std::bad_alloc.
-  void map(char* place) const;
+  /// Its bytes, which stay as long as this is held. Throws std::bad_alloc.
+  std::shared_ptr<const char> map() const;
   /// A copy.
   std::string text() const;
 
  private:
-  void copy(std::size_t from, std::size_t size, char* to) const;
-
   Descriptor memory_;
   std::size_t size_ = 0;
 };

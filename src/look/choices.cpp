@@ -236,11 +236,7 @@ constexpr double no_flame = 1e-5;
 const MediumFields& KeptFields::of(const Scene& scene) {
   std::string key = fields_key(scene);
   if (!fields_ || key != key_) {
-    // first, for they may be large; values that stay for another role are not sent again
-    std::shared_ptr<const void> values;
-    if (fields_ && fields_->density->name == density_grid(scene, file_))
-      values = fields_->density->storage;
-    fields_.reset();
+    fields_.reset();  // first, for they may be large
     drawn_.reset();
     fields_ = read_fields(scene, file_, false, parts_);
     drawn_ = std::exchange(fields_->drawn, nullptr);

@@ -11,7 +11,6 @@
 #include <system_error>
 
 #include "atlas/atlas.h"
-#include "base/memory.h"
 #include "base/memory_claim.h"
 #include "base/text.h"
 #include "base/text_file.h"
@@ -377,7 +376,6 @@ LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string
   validate(result.scene);
   result.settings = changed_settings(scene, result.scene);
   result.fields = fields.drawn(result.scene);
-  if (scene.memory_limit) give_back_freed_memory();
   result.guesses_up = guesses_up(result.scene, file);
   result.unused_grids = unused(file, result.fields, result.scene);
   return result;

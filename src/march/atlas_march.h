@@ -1,7 +1,6 @@
 #pragma once
 
 #include <bit>
-#include <glm/gtc/packing.hpp>
 
 #include "atlas/brick_code.h"
 #include "march/glsl_subset.h"

@@ -10,7 +10,7 @@ AtlasMarch(const MarchSetup& setup, const MediumAtlas& atlas)
   configure(setup);
 }
 
-/// From now on float32 texels are read as these codes would have them.
+/// From now on texels are read as these codes would have them.
 void read_as(const BrickCodes& given) {
   brick_codes[density_grid] = given.own.data();
   if (paired) brick_codes[luminance_grid] = given.beside.data();
@@ -54,15 +54,11 @@ real3 filtered_texel3(int, int, real3) const { return real3(0); }
 private:
 /// A channel's value, the i-th of the grid, at a texel.
 real value(int grid, int texel, std::size_t i) const {
-  const float* const plain = grids[std::size_t(grid)]->texels32.get();
+  const float* const plain = grids[std::size_t(grid)]->texels.get();
   const BrickCode* const codes = brick_codes[std::size_t(grid)];
-  if (plain && !codes) return plain[i];
-  return codes ? rounded(codes[texel / brick_texels], plain[i]) : half(grid, i);
+  return codes ? rounded(codes[texel / brick_texels], plain[i]) : plain[i];
 }
-// These two are rare. They are not inlined: the compiler would take twice as long for the march.
+// This is rare. It is not inlined: the compiler would take twice as long for the march.
 [[gnu::noinline]] static real rounded(const BrickCode& code, float value) {
   return real(code.rounded(value));
-}
-[[gnu::noinline]] real half(int grid, std::size_t i) const {
-  return glm::unpackHalf1x16(grids[std::size_t(grid)]->texels16[i]);
 }

@@ -258,16 +258,11 @@ class Values {
     const glm::ivec3 steps = stride_ * first;
     const std::size_t texel =
         std::size_t(node.payload) * brick_texels + std::size_t(steps.x + steps.y + steps.z);
-    if (const float* from = march_.grids[std::size_t(grid_)]->texels32.get()) {
-      from += texel;
-      if (stride_.z == 1)
-        copy_few(from, length, to);
-      else
-        for (int i = 0; i < length; ++i) to[i] = from[i * brick_values];
-    } else {
-      const std::uint16_t* half = march_.grids[std::size_t(grid_)]->texels16.get() + texel;
-      for (int i = 0; i < length; ++i) to[i] = glm::unpackHalf1x16(half[i * stride_.z]);
-    }
+    const float* const from = march_.grids[std::size_t(grid_)]->texels.get() + texel;
+    if (stride_.z == 1)
+      copy_few(from, length, to);
+    else
+      for (int i = 0; i < length; ++i) to[i] = from[i * brick_values];
   }
 
   const LatticeFrame& frame_;

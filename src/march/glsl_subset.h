@@ -71,7 +71,7 @@ inline constexpr int other_entries = 13;
   X(BRICK_VALUES, brick_values)         /* values on a side */                        \
   X(BRICK_TEXELS, brick_texels)         /* values of a brick */                       \
   X(CODE_WORDS, code_words)             /* of a brick of the narrowest codes */       \
-  X(CODED_ROWS, CodedRows::mask)        /* the bits of a step that are them */        \
+  X(CODE_WIDTH_BITS, code_width_bits)   /* the bits of a step that tell it */         \
   X(NEXT_X, brick_values* brick_values) /* texels from a value to the next along x */ \
   X(NEXT_Y, brick_values)                                                             \
   X(NEXT_Z, 1)                                                                        \

@@ -10,6 +10,7 @@
 #include <numeric>
 #include <optional>
 
+#include "base/memory.h"
 #include "base/text.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
@@ -66,7 +67,7 @@ float decayed(float depth) {
 
 /// Values at all voxels of some blocks of the density, as a field of its transform.
 Field field_of_blocks(const Field& density, const LightBlocks& blocks, int channels,
-                      std::shared_ptr<float[]> values) {
+                      std::span<float* const> values, Storage storage) {
   Field field;
   field.name = "light";
   field.value_type = channels == 3 ? "vec3s" : "float";
@@ -75,10 +76,9 @@ Field field_of_blocks(const Field& density, const LightBlocks& blocks, int chann
   field.active_box = {density.active_box.min - 1, density.active_box.max + 1};
   field.active_voxels = 512 * blocks.wanted.size();
   field.world_from_index = density.world_from_index;
-  for (std::size_t i = 0; i < blocks.wanted.size(); ++i)
-    field.leaves.push_back(
-        {blocks.all[blocks.wanted[i]], values.get() + i * 512 * std::size_t(channels)});
-  field.storage = std::move(values);
+  for (const std::size_t block : blocks.wanted)
+    field.leaves.push_back({blocks.all[block], values[block]});
+  field.storage = std::move(storage);
   return field;
 }
 
@@ -290,10 +290,15 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
                             const Progress& progress) const {
   const int channels = this->channels();
   const std::size_t stride = 512 * std::size_t(channels);
-  const auto values = std::make_shared_for_overwrite<float[]>(blocks.wanted.size() * stride);
+  Storage storage({}, 2048);  // pieces of 4 MiB of scalars
   std::vector<float*> places(blocks.all.size(), nullptr);
-  for (std::size_t i = 0; i < blocks.wanted.size(); ++i)
-    places[blocks.wanted[i]] = values.get() + i * stride;
+  for (std::span rest(blocks.wanted); !rest.empty();) {
+    const auto some = rest.first(std::min(storage.leaves, rest.size()));
+    rest = rest.subspan(some.size());
+    const std::shared_ptr<float[]> values = page_array<float>(some.size() * stride);
+    for (std::size_t i = 0; i < some.size(); ++i) places[some[i]] = values.get() + i * stride;
+    storage.blocks.push_back(values);
+  }
 
   std::vector<std::uint8_t> begun(blocks.all.size());
   depths(
@@ -305,8 +310,8 @@ Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths
       progress);
 
   Medium medium = medium_;
-  medium.luminance =
-      std::make_shared<const Field>(field_of_blocks(*medium.density, blocks, channels, values));
+  medium.luminance = std::make_shared<const Field>(
+      field_of_blocks(*medium.density, blocks, channels, places, std::move(storage)));
   medium.source = channels == 3 ? LuminanceSource::vector : LuminanceSource::scalar;
   medium.color = common_.value_or(glm::dvec3(1));
   medium.ambient = ambient_;

@@ -39,8 +39,7 @@ int one_width(const MediumAtlas& atlas) {
   const BrickAtlas& density = atlas.density;
   const std::size_t channels = atlas.paired ? 1 + std::size_t(atlas.luminance->channels) : 1;
   const auto width = [&](std::size_t slot) {
-    const std::size_t place = density.code_places[slot] * std::size_t(density.code_unit);
-    return int(CodedRows::of_head(density.codes[place * channels]).width);
+    return int(width_of_head(density.codes[density.code_places[slot] * code_words * channels]));
   };
   for (std::size_t slot = 1; slot < density.code_places.size(); ++slot)
     if (width(slot) != width(0)) return -1;
@@ -86,7 +85,6 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
   setup.constants.absent_voxels = atlas.density.absent;
   setup.constants.coded = atlas.density.codes != nullptr;
   setup.constants.one_width = one_width(atlas);
-  setup.constants.code_unit = atlas.density.code_unit;
   setup.constants.paired = atlas.paired;
   setup.constants.constant_runs = atlas.density.size.constant_bricks > 0;
 }

@@ -92,8 +92,6 @@ class Marcher {
 
   /// The upload that it holds: a number that its session gave.
   std::uint64_t holds = 0;
-  /// Whether it may give the pages of float32 texels back to the system as it copies them.
-  bool may_discard = false;
 };
 
 }  // namespace psivox

@@ -6,6 +6,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <optional>
+#include <utility>
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
@@ -67,28 +68,22 @@ class Builder {
  public:
   explicit Builder(const View& view) : view_(view), left_(view.scene.memory_limit) {}
 
-  BrickAtlas build_density(bool discards) {
-    AtlasOptions options = density_options(view_);
-    options.discards_values = discards;
-    return build(*view_.medium.density, std::move(options));
-  }
-
-  BrickAtlas build(const Field& field, AtlasOptions options) {
-    options.texel = view_.scene.texel;
+  /// The atlas of a field, or of one that is moved in.
+  template <typename SomeField>
+  BrickAtlas build(SomeField&& field, AtlasOptions options) {
     options.memory_limit = left_;
-    BrickAtlas atlas = build_atlas(field, options);
+    BrickAtlas atlas = build_atlas(std::forward<SomeField>(field), options);
     use(atlas);
     return atlas;
   }
 
   /// Adds the view's luminance, light beside the density.
-  void add_luminance(MediumAtlas& atlas, bool discards = false) {
-    const Field& luminance = *view_.medium.luminance;
+  template <typename SomeField>
+  void add_luminance(MediumAtlas& atlas, SomeField&& luminance) {
     atlas.paired = view_.medium.lit && atlas.density.own_texels;
-    const AtlasOptions options{
-        .texel = view_.scene.texel, .memory_limit = left_, .discards_values = discards};
-    atlas.luminance =
-        atlas.paired ? build_beside(luminance, atlas.density, options) : build(luminance, options);
+    atlas.luminance = atlas.paired ? build_beside(std::forward<SomeField>(luminance), atlas.density,
+                                                  {.memory_limit = left_})
+                                   : build(std::forward<SomeField>(luminance), {});
   }
 
   void add_others(MediumAtlas& atlas) {
@@ -98,9 +93,7 @@ class Builder {
       const bool lit = other.lit;
       OtherBricks& part = parts.emplace_back(
           OtherBricks{.volume = i, .bricks = build(*other.density, {.own_texels = lit})});
-      if (lit)
-        part.light = build_beside(*other.luminance, part.bricks,
-                                  {.texel = view_.scene.texel, .memory_limit = left_});
+      if (lit) part.light = build_beside(*other.luminance, part.bricks, {.memory_limit = left_});
       for (std::size_t k = 0; k < other.emission.size(); ++k)
         parts.push_back({.volume = i, .emits = k, .bricks = build(*other.emission[k].field, {})});
     }
@@ -172,11 +165,17 @@ AtlasOptions density_options(const View& view) {
   return options;
 }
 
-MediumAtlas build_medium_atlas(const View& view, bool discards_density) {
+MediumAtlas build_medium_atlas(const View& view, std::optional<Field> density) {
   const Medium& medium = view.medium;
   Builder builder(view);
-  MediumAtlas result{builder.build_density(discards_density), {}, {}, {}, {}};
-  if (medium.luminance && !medium.light) builder.add_luminance(result);
+  const AtlasOptions options = density_options(view);
+  MediumAtlas result{density ? builder.build(*std::exchange(density, {}), options)
+                             : builder.build(*medium.density, options),
+                     {},
+                     {},
+                     {},
+                     {}};
+  if (medium.luminance && !medium.light) builder.add_luminance(result, *medium.luminance);
   for (const Emission& emission : medium.emission)
     result.emission.push_back(builder.build(*emission.field, {}));
   if (medium.gradient) result.gradient = builder.build(*medium.gradient, {});
@@ -208,7 +207,6 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   const Medium& medium = view.medium;
   const Box stored{region.min - ghost, region.max + ghost};
   const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
-    options.texel = view.scene.texel;
     options.region = part.value_or(everywhere);
     // a region is a small part of the domain: a dense table of it would be the largest of all
     options.top_entries = region_top_entries;
@@ -220,8 +218,8 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   result.greatest = greatest ? *greatest : density_range(medium).y;
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
-    result.luminance = build_beside(field_of_bricks(*medium.luminance, stored, false),
-                                    result.density, {.texel = view.scene.texel});
+    result.luminance =
+        build_beside(field_of_bricks(*medium.luminance, stored, false), result.density, {});
   } else if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;
@@ -235,16 +233,25 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   return result;
 }
 
-MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths,
-                  bool discards_texels) {
-  MediumAtlas result = atlas;
-  const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
-  result.density = coded(atlas.density, widths, beside, discards_texels);
+/// The atlas with codes that have its luminance.
+static MediumAtlas with_codes(MediumAtlas atlas, BrickAtlas codes) {
+  atlas.density = std::move(codes);
   if (atlas.paired) {
-    result.luminance->texels32.reset();
-    result.luminance->size.texel_bytes = 0;
+    atlas.luminance->texels.reset();
+    atlas.luminance->size.texel_bytes = 0;
   }
-  return result;
+  return atlas;
+}
+
+MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths) {
+  return with_codes(atlas,
+                    coded(atlas.density, widths, atlas.paired ? &*atlas.luminance : nullptr));
+}
+
+MediumAtlas coded(MediumAtlas&& atlas, const std::vector<CodeWidth>& widths) {
+  BrickAtlas codes =
+      coded(std::move(atlas.density), widths, atlas.paired ? &*atlas.luminance : nullptr);
+  return with_codes(std::move(atlas), std::move(codes));
 }
 
 CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
@@ -255,12 +262,15 @@ CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
 
 glm::dvec2 density_range(const Medium& medium) { return stored_range(*medium.density); }
 
-void add_luminance(MediumAtlas& atlas, const View& view, bool discards_luminance) {
+void add_luminance(MediumAtlas& atlas, const View& view, std::optional<Field> luminance) {
   Builder builder(view);
   atlas.luminance.reset();
   for (const BrickAtlas* grid : grids_of(atlas))
     if (grid) builder.use(*grid);
-  builder.add_luminance(atlas, discards_luminance);
+  if (luminance)
+    builder.add_luminance(atlas, *std::exchange(luminance, {}));
+  else
+    builder.add_luminance(atlas, *view.medium.luminance);
   builder.add_others(atlas);
 }
 

@@ -56,10 +56,10 @@ bool needs_every_value(const Scene& scene);
 /// function, and where an emission grid needs walking though the density is empty there.
 AtlasOptions density_options(const View& view);
 
-/// Builds the atlases with the view's texel type and memory limit, which counts all of them. Of a
-/// view whose light is still to be computed the luminance is left out. `discards_density`: as
-/// AtlasOptions::discards_values. Throws as build_atlas does.
-MediumAtlas build_medium_atlas(const View& view, bool discards_density = false);
+/// Builds the atlases within the view's memory limit, which counts all of them. Of a
+/// view whose light is still to be computed the luminance is left out. `density`: the view's, whose
+/// values go as their bricks are stored; unset: they stay. Throws as build_atlas does.
+MediumAtlas build_medium_atlas(const View& view, std::optional<Field> density = {});
 
 /// Bricks around a region that its rays read: a uniform step begins in the region and ends up to a
 /// step beside it. None in cells.
@@ -81,16 +81,16 @@ glm::dvec2 density_range(const Medium& medium);
 
 /// What the device stores: the density's bricks, with the luminance beside them, as codes of these
 /// widths; all else is shared. The host keeps the float32 atlas, by which methods are chosen,
-/// unless it `discards_texels`: see the same of a BrickAtlas.
-MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths,
-                  bool discards_texels = false);
+/// unless it is moved in: see the same of a BrickAtlas.
+MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths);
+MediumAtlas coded(MediumAtlas&& atlas, const std::vector<CodeWidth>& widths);
 
 /// One width for all bricks, if that is the type of texels; else null.
 CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel);
 
-/// Adds the luminance of a view whose light has been computed since. `discards_luminance`: as
-/// AtlasOptions::discards_values.
-void add_luminance(MediumAtlas& atlas, const View& view, bool discards_luminance = false);
+/// Adds the luminance of a view whose light has been computed since. `luminance`: as `density`
+/// above.
+void add_luminance(MediumAtlas& atlas, const View& view, std::optional<Field> luminance = {});
 
 /// The bricks of a further volume, or of what it emits, before they are joined.
 struct OtherBricks {

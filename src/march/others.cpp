@@ -22,25 +22,13 @@ void append_pages(const PageTable& from, int first_slot, int first_constant, Pag
 }
 
 /// One channel of values after the other.
-template <typename T>
-void append_channels(const T* from, std::size_t count, int channels, std::vector<T>& to) {
+void append_channels(const float* from, std::size_t count, int channels, std::vector<float>& to) {
   for (int c = 0; c < channels; ++c)
     for (std::size_t i = 0; i < count; ++i) to.push_back(from[i * std::size_t(channels) + c]);
 }
 
-void append_texels(const BrickAtlas& from, std::vector<float>& texels32,
-                   std::vector<std::uint16_t>& texels16) {
-  const std::size_t count = from.bricks.size() * brick_texels;
-  if (from.texels32) append_channels(from.texels32.get(), count, from.channels, texels32);
-  if (from.texels16) append_channels(from.texels16.get(), count, from.channels, texels16);
-}
-
-template <typename T>
-std::unique_ptr<T[]> copied(const std::vector<T>& values) {
-  if (values.empty()) return nullptr;
-  auto copy = std::make_unique_for_overwrite<T[]>(values.size());
-  std::ranges::copy(values, copy.get());
-  return copy;
+void append_texels(const BrickAtlas& from, std::vector<float>& texels) {
+  append_channels(from.texels.get(), from.bricks.size() * brick_texels, from.channels, texels);
 }
 
 }  // namespace
@@ -50,9 +38,7 @@ void join_others(const std::vector<OtherBricks>& parts, MediumAtlas& atlas) {
   atlas.placed.clear();
   if (parts.empty()) return;
   BrickAtlas all;
-  all.texel = parts.front().bricks.texel;
-  std::vector<float> texels32;
-  std::vector<std::uint16_t> texels16;
+  std::vector<float> texels;
   for (const OtherBricks& part : parts) {
     const BrickAtlas& bricks = part.bricks;
     const int channels = bricks.channels + (part.light ? part.light->channels : 0);
@@ -74,19 +60,19 @@ void join_others(const std::vector<OtherBricks>& parts, MediumAtlas& atlas) {
                     all.constants);
     for (int c = 0; c < channels; ++c)
       all.bricks.insert(all.bricks.end(), bricks.bricks.begin(), bricks.bricks.end());
-    append_texels(bricks, texels32, texels16);
-    if (part.light) append_texels(*part.light, texels32, texels16);
+    append_texels(bricks, texels);
+    if (part.light) append_texels(*part.light, texels);
   }
   // the tables are of float32, which counts as far
   if (all.pages.entries.size() > std::size_t{1} << 24 || all.bricks.size() > std::size_t{1} << 24)
     throw Error(ExitCode::memory, "the volumes of --and have too many bricks; --lod makes fewer");
-  all.texels32 = copied(texels32);
-  all.texels16 = copied(texels16);
+  all.texels = std::make_shared_for_overwrite<float[]>(texels.size());
+  std::ranges::copy(texels, all.texels.get());
   all.size = {.textured_bricks = all.bricks.size(),
               .constant_bricks = all.constants.size(),
               .page_bytes = all.pages.entries.size() * sizeof(std::uint32_t),
               .constant_bytes = all.constants.size() * sizeof(float),
-              .texel_bytes = texels32.size() * sizeof(float) + texels16.size() * 2};
+              .texel_bytes = texels.size() * sizeof(float)};
   atlas.others = std::move(all);
 }
 

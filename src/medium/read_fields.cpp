@@ -71,7 +71,6 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
   options.in_file = is_shared(parts);
-  if (options.memory && scene.memory_limit) give_back_freed_memory();
   return file.read(name, options);
 }
 

@@ -1,10 +1,8 @@
 #include "medium/stored_density.h"
 
 #include <algorithm>
-#include <cstring>
 #include <functional>
 #include <map>
-#include <mutex>
 #include <numeric>
 #include <span>
 #include <tuple>
@@ -45,36 +43,30 @@ std::vector<std::uint32_t> own_leaves(const Field& field, const Team& team) {
 
 using See = std::function<void(std::span<const Leaf>)>;
 
-/// Leaves of a file. Some may be kept in memory until they are read.
-class KeptLeaves final : public LeafReader {
+/// A member's leaves of a file, once they are surveyed.
+class SurveyedLeaves final : public LeafReader {
  public:
-  KeptLeaves(const Field& field, std::vector<std::uint32_t> own)
+  SurveyedLeaves(const Field& field, std::vector<std::uint32_t> own)
       : file_(field.reader), own_(std::move(own)), floats_(512 * std::size_t(field.channels)) {}
 
   /// Surveys its own leaves, and calls `see` for them, some at a time.
-  ValueSurvey survey_own(const Field& field, bool keep, const See& see) {
+  ValueSurvey survey_own(const Field& field, const See& see) const {
     ValueSurvey survey;
-    Values values;
+    std::vector<float> values(std::min(leaves_at_once, own_.size()) * floats_);
     std::vector<Leaf> leaves;
     for (std::size_t n = 0; n < own_.size(); n += leaves_at_once) {
       const auto some = std::span(own_).subspan(n, std::min(leaves_at_once, own_.size() - n));
-      if (!values) values = std::make_unique_for_overwrite<float[]>(some.size() * floats_);
-      survey = survey + file_->read(some, values.get(), LeafRead::survey);
+      survey = survey + file_->read(some, values.data(), LeafRead::survey);
       leaves.clear();
       for (const std::uint32_t leaf : some)
-        leaves.push_back({field.leaves[leaf].origin, values.get() + leaves.size() * floats_});
+        leaves.push_back({field.leaves[leaf].origin, values.data() + leaves.size() * floats_});
       see(leaves);
-      if (keep) kept_.push_back({std::exchange(values, nullptr), some.size()});
     }
     return survey;
   }
 
   /// What stands for +Inf from now on.
-  void replace_infinite(float largest) {
-    largest_ = largest;
-    for (const Kept& kept : kept_)
-      replace_infinite(std::span(kept.values.get(), kept.left * floats_));
-  }
+  void replace_infinite(float largest) { largest_ = largest; }
 
   /// Percentiles of the active values of all members' leaves.
   std::vector<double> percentiles(std::span<const double> percents, Team& team) const {
@@ -90,68 +82,21 @@ class KeptLeaves final : public LeafReader {
 
   ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
                    LeafRead what) const override {
-    if (what != LeafRead::data) return file_->read(leaves, values, what);
-    const std::lock_guard lock(mutex_);
-    for (std::size_t n = 0; n < leaves.size();) {
-      if (take_kept(leaves[n], values + n * floats_)) {
-        ++n;
-        continue;
-      }
-      std::size_t end = n + 1;
-      while (end < leaves.size() && !kept_values(leaves[end])) ++end;
-      const std::span<float> from_file(values + n * floats_, (end - n) * floats_);
-      file_->read(leaves.subspan(n, end - n), from_file.data());
-      replace_infinite(from_file);
-      n = end;
-    }
-    return {};
+    const ValueSurvey found = file_->read(leaves, values, what);
+    if (what == LeafRead::data)
+      for (float& value : std::span(values, leaves.size() * floats_))
+        value = std::min(value, largest_);
+    return found;
   }
   const std::vector<TileValue>& active_tiles() const override { return file_->active_tiles(); }
 
-  std::span<const std::uint32_t> own() const { return own_; }
   bool is_own(std::uint32_t leaf) const { return std::ranges::binary_search(own_, leaf); }
 
  private:
-  using Values = std::unique_ptr<float[]>;
-  /// Values of some leaves, of which so many have not been read.
-  struct Kept {
-    Values values;
-    std::size_t left;
-  };
-
-  void replace_infinite(std::span<float> values) const {
-    for (float& value : values) value = std::min(value, largest_);
-  }
-
-  std::size_t place(std::uint32_t leaf) const {
-    const auto found = std::ranges::lower_bound(own_, leaf);
-    return found == own_.end() || *found != leaf ? own_.size() : std::size_t(found - own_.begin());
-  }
-
-  /// Null if they are not kept.
-  const float* kept_values(std::uint32_t leaf) const {
-    const std::size_t n = kept_.empty() ? own_.size() : place(leaf);
-    if (n == own_.size()) return nullptr;
-    const float* values = kept_[n / leaves_at_once].values.get();
-    return values ? values + n % leaves_at_once * floats_ : nullptr;
-  }
-
-  /// Copies values that are kept, and forgets those that have been read.
-  bool take_kept(std::uint32_t leaf, float* to) const {
-    const float* values = kept_values(leaf);
-    if (!values) return false;
-    std::memcpy(to, values, floats_ * sizeof(float));
-    Kept& kept = kept_[place(leaf) / leaves_at_once];
-    if (--kept.left == 0) kept.values.reset();
-    return true;
-  }
-
   std::shared_ptr<const LeafReader> file_;
   std::vector<std::uint32_t> own_;  ///< ascending
   std::size_t floats_;              ///< of a leaf
   float largest_ = 0;               ///< in place of +Inf
-  mutable std::mutex mutex_;
-  mutable std::vector<Kept> kept_;  ///< its own leaves, or nothing
 };
 
 /// Leaves by their places. Several members may have parts of one leaf.
@@ -273,10 +218,10 @@ bool fits(std::size_t leaves, const Field& field, const SurveyOptions& options) 
 
 /// Surveys a member's leaves. The field gets all members' ranges and percentiles, and `leaves` as
 /// its reader. Returns what stands for +Inf.
-float survey_leaves(Field& field, const std::shared_ptr<KeptLeaves>& leaves, bool keep,
-                    const See& see, Team& team, const SurveyOptions& options) {
+float survey_leaves(Field& field, const std::shared_ptr<SurveyedLeaves>& leaves, const See& see,
+                    Team& team, const SurveyOptions& options) {
   ValueSurvey all;
-  for (const ValueSurvey& of_member : team.gather(leaves->survey_own(field, keep, see)))
+  for (const ValueSurvey& of_member : team.gather(leaves->survey_own(field, see)))
     all = all + of_member;
   const float largest = take_survey(field, all, options.reading, options.subject);
   leaves->replace_infinite(largest);
@@ -288,12 +233,11 @@ float survey_leaves(Field& field, const std::shared_ptr<KeptLeaves>& leaves, boo
 }
 
 /// The survey of a density whose leaves several members have.
-SurveyedDensity survey_together(Field field, const std::shared_ptr<KeptLeaves>& leaves, Team& team,
-                                const SurveyOptions& options) {
-  const bool keep = fits(leaves->own().size(), field, options);
+SurveyedDensity survey_together(Field field, const std::shared_ptr<SurveyedLeaves>& leaves,
+                                Team& team, const SurveyOptions& options) {
   if (options.lod > 0) {  // means need what stands for +Inf
     const float largest = survey_leaves(
-        field, leaves, keep, [](std::span<const Leaf>) {}, team, options);
+        field, leaves, [](std::span<const Leaf>) {}, team, options);
     Gathering coarse(field, options.lod, options.centering, CoarseValue::mean);
     visit_leaves(
         field, [&](std::span<const Leaf> some) { coarse.add(some); },
@@ -306,7 +250,7 @@ SurveyedDensity survey_together(Field field, const std::shared_ptr<KeptLeaves>& 
   while (most > 8 && !fits(most, field, options)) most /= 2;
   Gathering overview(field, overview_level(field, most), options.centering, CoarseValue::sample);
   const float largest = survey_leaves(
-      field, leaves, keep, [&](std::span<const Leaf> some) { overview.add(some); }, team, options);
+      field, leaves, [&](std::span<const Leaf> some) { overview.add(some); }, team, options);
   Field whole = overview.joined(team, largest);
   return {.field = std::move(whole), .drawn = std::move(field)};
 }
@@ -325,12 +269,12 @@ SurveyedDensity survey_density(Field field, const Parts& parts, const SurveyOpti
   Team& team = *parts.team;
   team.check_same(topology_of(field), "sees another volume");
   if (!field.reader) return {.field = std::move(field)};
-  const auto leaves = std::make_shared<KeptLeaves>(field, own_leaves(field, team));
+  const auto leaves = std::make_shared<SurveyedLeaves>(field, own_leaves(field, team));
   if (team.size() > 1) return survey_together(std::move(field), leaves, team, options);
   const auto weights = std::make_shared<WeighedLeaves>();
   const float largest = survey_leaves(
-      field, leaves, /*keep=*/false,
-      [&](std::span<const Leaf> some) { weights->add(field, some, ValueWeight()); }, team, options);
+      field, leaves, [&](std::span<const Leaf> some) { weights->add(field, some, ValueWeight()); },
+      team, options);
   weights->counts.replace_infinite(double(largest));
   return {.field = std::move(field), .weights = weights};
 }

@@ -17,7 +17,7 @@ namespace psivox {
 struct SurveyOptions {
   const ReadOptions& reading;
   std::string subject{};     ///< begins messages
-  std::uint64_t memory = 0;  ///< that the member's leaves and their atlas may take; 0: not known
+  std::uint64_t memory = 0;  ///< that an overview and its atlas may take; 0: not known
   int lod = 0;               ///< see survey_density
   Centering centering = Centering::node;
   std::size_t most_leaves = std::size_t{1} << 14;  ///< of an overview: 32 MiB of scalars
@@ -36,8 +36,7 @@ struct SurveyedDensity {
 /// Surveys a density of which the topology has been read, if its values stay in the file.
 ///
 /// A process alone also weighs the leaves and ignores `lod`. In a team, each member surveys only
-/// the leaves of the part that it will draw. It keeps their values until they are read for drawing,
-/// if they and their atlas take at most `memory`. Then all get the same ranges and the same
+/// the leaves of the part that it will draw. Then all get the same ranges and the same
 /// `field`, in memory. At a `lod` above 0 that is the coarse volume, which is also drawn. Else it
 /// is an overview: the density itself if it has few leaves, otherwise a sample of its voxels.
 /// Throws AgreedError(input) if they see different volumes, Error(input).

@@ -5,12 +5,12 @@ const row = 4096;  // entries of a texture's row, as in shaders/webgl.glsl
 const gl = canvas.getContext("webgl2", {alpha: false, antialias: false, preserveDrawingBuffer: true});
 
 function formats(name) {
-  const half = name.endsWith("16F"), uint = name.endsWith("UI");
+  const uint = name.endsWith("UI");
   const channels = name.match(/^[RGBA]+/)[0].length;
   return {
-    channels, internal: gl[name], type: uint ? gl.UNSIGNED_INT : half ? gl.HALF_FLOAT : gl.FLOAT,
+    channels, internal: gl[name], type: uint ? gl.UNSIGNED_INT : gl.FLOAT,
     format: uint ? [gl.RED_INTEGER, gl.RG_INTEGER, , gl.RGBA_INTEGER][channels - 1] : [gl.RED, gl.RG, gl.RGB, gl.RGBA][channels - 1],
-    array: uint ? Uint32Array : half ? Uint16Array : Float32Array,
+    array: uint ? Uint32Array : Float32Array,
   };
 }
 
@@ -27,47 +27,42 @@ async function numbers(id, array) {
   return new array(result.buffer);
 }
 
-// A brick in codes by the lowest bits of its step, as CodedRows in src/atlas/atlas.h.
-function coded_rows(step) {
-  const wide = step & 3, x = (step >> 5 & 7) + 2, y = (step >> 11 & 7) + 2;
-  return {wide, bits: [7, 12, 16][wide], y, count: x * y};
-}
+const code_bits = [7, 12, 16];  // by the width of CodeWidth in src/atlas/atlas.h
 
 // The words of bricks in codes, as add_differences in src/page/packed_numbers.cpp takes them apart.
 // Places count numbers of 32 bits; each word has two.
-function words_of(heads, differences, channels, unit) {
+function words_of(heads, differences, channels) {
   const bricks = [], codes = new Int32Array(729), pair = 2 * channels;
   let end = 0, first = 0;
   for (let i = 0; i < heads.length; i += pair) {
-    const rows = coded_rows(heads[i + 1]);
-    bricks.push({rows, place: end, head: heads.subarray(i, i + pair)});
-    end += Math.ceil((1 + (rows.count << rows.wide)) / unit) * unit * pair;
+    const wide = heads[i + 1] & 3;
+    bricks.push({wide, place: end, head: heads.subarray(i, i + pair)});
+    end += (82 << wide) * pair;
   }
   const words = new Uint32Array(end);
   for (const {place, head} of bricks) words.set(head, place);
   for (const wide of [0, 1, 2])
     for (let channel = 0; channel < channels; ++channel)
-      for (const {rows, place} of bricks) {
-        if (rows.wide !== wide) continue;
-        const values = 9 * rows.count;
-        for (let k = 0; k < values; ++k) {
-          const folded = differences[first + k] >> (16 - rows.bits);
+      for (const brick of bricks) {
+        if (brick.wide !== wide) continue;
+        for (let k = 0; k < 729; ++k) {
+          const folded = differences[first + k] >> (16 - code_bits[wide]);
           codes[k] = folded & 1 ? ~(folded >> 1) : folded >> 1;
         }
-        first += values;
-        for (const [stride, along] of [[1, 9], [9, rows.y], [9 * rows.y, 9]])
-          for (let k = stride; k < values; ++k) if (Math.floor(k / stride) % along) codes[k] += codes[k - stride];
-        put_codes(codes, rows, words.subarray(place + pair + 2 * channel), pair);
+        first += 729;
+        for (const stride of [1, 9, 81])
+          for (let k = stride; k < 729; ++k) if (Math.floor(k / stride) % 9) codes[k] += codes[k - stride];
+        put_codes(codes, wide, words.subarray(brick.place + pair + 2 * channel), pair);
       }
   return words;
 }
 
-function put_codes(codes, rows, words, stride) {
-  const cells = 8 >> rows.wide, mask = (1 << rows.bits) - 1;
-  for (let row = 0, at = 0; row < rows.count; ++row)
+function put_codes(codes, wide, words, stride) {
+  const cells = 8 >> wide, bits = code_bits[wide], mask = (1 << bits) - 1;
+  for (let row = 0, at = 0; row < 81; ++row)
     for (let z = 0; z < 8; z += cells, at += stride)
       for (let k = 0; k <= cells; ++k) {  // no two codes have a bit in common
-        const part = (codes[9 * row + z + k] & mask) * 2 ** (k * rows.bits);
+        const part = (codes[9 * row + z + k] & mask) * 2 ** (k * bits);
         words[at] += part % 2 ** 32;
         words[at + 1] += Math.floor(part / 2 ** 32);
       }
@@ -78,7 +73,7 @@ async function load_texture(texture, unit) {
   const parts = [];
   const part = (i, of) => numbers(`${texture.name}-${i}`, of);
   if (texture.code_channels)
-    parts.push(words_of(await part(0, array), await part(1, Uint16Array), texture.code_channels, texture.code_unit));
+    parts.push(words_of(await part(0, array), await part(1, Uint16Array), texture.code_channels));
   else for (let i = 0; i < texture.channels.length; ++i) parts.push(await part(i, array));
   const entries = parts[0].length / texture.channels[0], rows = Math.max(1, Math.ceil(entries / row));
   if (rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw Error("This device's textures are too small.");

@@ -106,8 +106,7 @@ Json march_json(const View& view, const gl::WebMarch& march) {
     json["textures"].push_back({{"name", texture.name},
                                 {"format", texture.format},
                                 {"channels", channels},
-                                {"code_channels", texture.code_channels},
-                                {"code_unit", texture.code_unit}});
+                                {"code_channels", texture.code_channels}});
   }
   for (int i = 0; i < view.scene.pixel_samples; ++i) {
     const glm::dvec2 place = pixel_sample(i, view.scene.pixel_samples);

@@ -77,7 +77,7 @@ inline float greatest_of(const BrickAtlas& grid) {
   if (grid.channels == 1)
     for (const BrickStats& brick : grid.bricks) most = std::max(most, brick.max);
   else
-    for (std::size_t i = 0; i < grid.texel_count(); ++i) most = std::max(most, grid.texels32[i]);
+    for (std::size_t i = 0; i < grid.texel_count(); ++i) most = std::max(most, grid.texels[i]);
   for (const float constant : grid.constants) most = std::max(most, constant);
   return most;
 }

@@ -156,7 +156,7 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, b
     const CodeWidths widths =
         code_widths(atlas.density, steps, beside, float(light_step * share / brightness));
     if (!widths) return;
-    if (double(coded_bytes(atlas.density, *widths, beside)) > most) return;
+    if (double(coded_bytes(*widths, beside)) > most) return;
     const BrickCodes codes = brick_codes(atlas.density, *widths, beside);
     const ErrorSum missed = errors_by(codes, atlas, *plan.march, most_ray, progress);
     if (!(missed.rms() <= most_rms && missed.max <= most_ray)) {  // or a ray is no number

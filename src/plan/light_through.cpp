@@ -113,7 +113,7 @@ Glow brightest_voxel(const BrickAtlas& atlas, const Box& box, std::optional<std:
   const auto channels = std::size_t(atlas.channels);
   if (!slot)
     return {double(*std::max_element(constant, constant + channels)), (box.min + box.max) / 2};
-  const float* first = atlas.texels32.get() + *slot * brick_texels * channels;
+  const float* first = atlas.texels.get() + *slot * brick_texels * channels;
   const float* most = std::max_element(first, first + brick_texels * channels);
   const int texel = int(std::size_t(most - first) / channels);
   constexpr int n = brick_values;

@@ -129,7 +129,7 @@ View exact_view(const View& view) {
   View exact = with_method(view, exact_method(view));
   exact.scene.early_termination = 0;
   exact.scene.filter = Filter::exact;
-  if (has_codes(exact.scene.texel)) exact.scene.texel = TexelType::float32;
+  exact.scene.texel = TexelType::float32;
   return exact;
 }
 

@@ -83,7 +83,7 @@ void StepBounds::complete(const std::vector<bool>& wanted) {
     // values times the bend
     double steepest = double(density_.bricks[i].max) - double(density_.bricks[i].min);
     if (bound.turn > 0)
-      steepest = std::min(steepest, greatest_slope(density_.texels32.get() + i * brick_texels));
+      steepest = std::min(steepest, greatest_slope(density_.texels.get() + i * brick_texels));
     bound.second = kink_scale_ * (bound.slope * double(kinks[i]) + bound.turn * steepest);
   });
   for (std::size_t i = 0; i < kinks.size(); ++i) complete_[i] = complete_[i] || wanted[i];
@@ -99,7 +99,7 @@ void StepBounds::bound_emission(const Medium& medium, std::size_t place,
   const double scale = medium.emission[place].scale * unit * double(medium.emission.size());
   const std::size_t stride = std::size_t(emission.channels) * brick_texels;
   for (std::size_t i = 0; i < kinks.size(); ++i) {
-    const float* values = emission.texels32.get() + i * stride;
+    const float* values = emission.texels.get() + i * stride;
     const auto [least, most] = std::minmax_element(values, values + stride);
     emission_.push_back(
         {scale * double(*most - *least), scale * voxels * emission_kinks_share * double(kinks[i])});

@@ -88,7 +88,7 @@ auto run(Work&& work) {
     Working::stop_if_ended();
     throw;
   } catch (const std::bad_alloc&) {
-    throw Error(ExitCode::memory, "out of memory; try a smaller --resolution, or --texel float16");
+    throw Error(ExitCode::memory, "out of memory; try a smaller --resolution, or --lod 1");
   } catch (const py::builtin_exception&) {
     throw;
   } catch (const std::exception& error) {

@@ -32,7 +32,7 @@ inline std::vector<std::string> enum_names(RendererKind) {
   return {"gl", "reference", "march-double"};
 }
 inline std::vector<std::string> enum_names(TexelType) {
-  return {"auto", "float32", "float16", "code7", "code12", "code16"};
+  return {"auto", "float32", "code7", "code12", "code16"};
 }
 inline std::vector<std::string> enum_names(DepthKind) { return {"z", "distance"}; }
 inline std::vector<std::string> enum_names(ToneMap) { return {"none", "filmic"}; }

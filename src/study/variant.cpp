@@ -49,7 +49,7 @@ const List lists[] = {
     {{"filters", "of exact, hardware, or all", "exact"},
      "filter",
      filled(&Sweep::filters, &Scene::filter)},
-    {{"texels", "of float32, float16, code7, code12, code16, or all", "float32"},
+    {{"texels", "of float32, code7, code12, code16, or all", "float32"},
      "texel",
      filled(&Sweep::texels, &Scene::texel)},
     {{"tolerances", "tolerances, each with the method that it chooses", ""},

@@ -65,8 +65,8 @@ std::vector<float*> survey_leaves(Field& field, LeafSurvey& survey, GridRole rol
     sum.add(survey.take(field.leaves[n].origin, copy, active_mask(copy, field.channels)));
   }
   if (count > 0)
-    field.storage = std::make_shared<std::array<std::shared_ptr<const void>, 2>>(
-        std::array<std::shared_ptr<const void>, 2>{field.storage, storage});
+    field.storage =
+        std::make_shared<std::pair<Storage, std::shared_ptr<const void>>>(field.storage, storage);
   found = sum.total();
   return copies;
 }

@@ -147,19 +147,8 @@ class FileGrid {
   bool marked_, masks_ = false;
 };
 
-struct Voxels;
-
-/// A field, and its voxels unless their values stay in the file.
-struct ReadGrid {
-  Field field;
-  std::shared_ptr<const Voxels> voxels{};
-};
-
 /// Reads a grid, as VdbFile::read does, which says what is thrown.
-ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options);
-
-/// Finds in a field's voxels, none of which is bad, what the options ask for.
-void look_again(Field& field, const Voxels& voxels, const ReadOptions& options);
+Field read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options);
 
 /// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata
 /// of each grid, `names` the grids' names.

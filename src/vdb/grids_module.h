@@ -22,7 +22,7 @@ struct Voxels {
   std::vector<float*> leaves;    ///< the 512 * channels values of each leaf, vectors interleaved
   std::vector<LeafMask> active;  ///< of each leaf
   std::vector<TilePart> tiles;   ///< as Topology::tiles
-  std::shared_ptr<const void> storage;  ///< keeps `leaves` alive
+  Storage storage;               ///< keeps `leaves` alive
 };
 
 /// The grid whose transform is linear, and which is no level set.

@@ -161,18 +161,14 @@ class GuardedReader final : public Reader {
 
   Field read(const std::string& grid, const ReadOptions& options) override {
     const std::lock_guard lock(mutex_);
-    const std::shared_ptr<const void> held = last_storage_.lock();
-    FieldFacts facts = ask(ReadRequest{grid, options, held != nullptr},
+    FieldFacts facts = ask(ReadRequest{grid, options},
                            [&](FieldFacts answer, const std::vector<guard::SealedMemory>& blocks) {
-                             take_field(answer, blocks, held);
+                             if (!answer.stored()) take_values(answer.field, blocks);
                              check_field(answer, options.role);
                              return answer;
                            });
     budget_->deliver(facts.field.leaves.size() * kLeafVoxels *
                      static_cast<std::size_t>(facts.field.channels) * sizeof(float));
-    last_ = facts.stored() ? Field() : facts.field;
-    last_storage_ = last_.storage;
-    last_.storage.reset();
     // from now on that process reads leaves, as long as the field is held
     if (facts.stored())
       facts.field.reader =
@@ -182,7 +178,6 @@ class GuardedReader final : public Reader {
 
  private:
   std::unique_ptr<guard::Process> started() {
-    last_storage_.reset();
     std::vector<guard::SharedFile> files{{file_->path(), file_->descriptor()}};
     if (data_) files.push_back({data_->path(), data_->descriptor()});
     return std::make_unique<guard::Process>(files, budget_, has_grids(*file_));
@@ -212,30 +207,12 @@ class GuardedReader final : public Reader {
         .front();
   }
 
-  void take_field(FieldFacts& facts, const std::vector<guard::SealedMemory>& blocks,
-                  const std::shared_ptr<const void>& held) {
-    Field& field = facts.field;
-    if (field.channels != 1 && field.channels != 3)
-      throw std::runtime_error("an impossible number of channels");
-    if (facts.same_values) {
-      if (!held || field.channels != last_.channels)
-        throw std::runtime_error("values that it has not sent");
-      field.leaves = last_.leaves;
-      field.tiles = last_.tiles;
-      field.storage = held;
-    } else if (!facts.stored()) {
-      take_values(field, blocks);
-    }
-  }
-
   std::shared_ptr<FileBlocks> file_, data_;
   Progress progress_;
   std::shared_ptr<guard::Budget> budget_;
   std::mutex mutex_;  ///< of what follows: one request at a time
   std::unique_ptr<guard::Process> process_;
   FileFacts facts_;
-  std::weak_ptr<const void> last_storage_;  ///< of the process's last field
-  Field last_;                              ///< its leaves and tiles, without storage
 };
 
 std::atomic<Trust> trust = Trust::if_needed;

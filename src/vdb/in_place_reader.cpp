@@ -188,19 +188,7 @@ class InPlaceReader final : public Reader {
   }
 
   Field read(const std::string& grid, const ReadOptions& options) override {
-    if (std::optional<Field> same = last_field(grid, options)) return std::move(*same);
-    ReadGrid read =
-        with_grids([&](GridFile& grids) { return read_grid(grids, grids.find(grid), options); });
-    if (options.active || !read.voxels) return std::move(read.field);
-    const std::lock_guard lock(mutex_);
-    last_ = read.field;
-    last_.storage.reset();
-    last_.active_range.reset();
-    last_.active_percentiles.clear();
-    last_role_ = options.role;
-    // a notice tells that reading has changed the values
-    last_voxels_ = last_.notices.empty() ? read.voxels : nullptr;
-    return std::move(read.field);
+    return with_grids([&](GridFile& grids) { return read_grid(grids, grids.find(grid), options); });
   }
 
  private:
@@ -219,27 +207,11 @@ class InPlaceReader final : public Reader {
     return result;
   }
 
-  /// The field that was read last, as long as somebody holds it, if it has the same values for
-  /// these options. A scene in an automatic look reads its density for one role and then another.
-  std::optional<Field> last_field(const std::string& name, const ReadOptions& options) {
-    const std::lock_guard lock(mutex_);
-    const std::shared_ptr<const Voxels> voxels = last_voxels_.lock();
-    const bool negative = last_role_ == GridRole::data && options.role != GridRole::data;
-    if (!voxels || options.active || name != last_.name || negative) return {};
-    Field field = last_;
-    field.storage = voxels;
-    look_again(field, *voxels, options);
-    return field;
-  }
-
   std::shared_ptr<FileBlocks> file_;  ///< shared with the readers of fields
   Progress progress_;
 
   std::mutex mutex_;                ///< of what follows
   std::unique_ptr<GridFile> idle_;  ///< whose directory is read
-  Field last_;                      ///< without storage, which follows
-  std::weak_ptr<const Voxels> last_voxels_;
-  GridRole last_role_ = GridRole::attenuation;
 };
 
 /// Reads a scan's frames as grids: `image`, or `image[0]`, `image[1]`, ... of several; `rgb` of

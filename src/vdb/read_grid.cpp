@@ -70,12 +70,12 @@ class Reading {
     field_.channels = grid_.channels();
   }
 
-  ReadGrid read() {
+  Field read() {
     const GridSummary& summary = grid_.summary();
     if (options_.empty && summary.active_voxels == 0) {
       field_.active_box = {glm::ivec3(0), glm::ivec3(0)};
       field_.world_from_index = grid_.head().transform.world_from_index;
-      return {field_};
+      return field_;
     }
     const std::optional<double> background = other_background(grid_, options_, subject_);
     const std::string text = background ? background_notice(summary, options_) : "";
@@ -91,13 +91,13 @@ class Reading {
     if (stays) {
       add_class_notices();
       leave_in_file();
-      return {std::move(field_)};
+      return std::move(field_);
     }
-    const auto voxels = std::make_shared<Voxels>();
-    ValueSurvey survey = needs_tree() ? take_tree(*voxels) : take_leaves(*voxels);
-    finish(survey, *voxels);
-    field_.storage = voxels;
-    return {std::move(field_), voxels};
+    Voxels voxels;
+    ValueSurvey survey = needs_tree() ? take_tree(voxels) : take_leaves(voxels);
+    finish(survey, voxels);
+    field_.storage = std::move(voxels.storage);
+    return std::move(field_);
   }
 
  private:
@@ -189,20 +189,23 @@ class Reading {
     add_class_notices();
     const std::size_t count = grid_.topology().leaves.size();
     const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
-    // a guarded process shares them
-    const std::shared_ptr<float[]> values = page_array<float>(count * length);
-    voxels.storage = values;
     voxels.tiles = grid_.topology().tiles;
     voxels.active.resize(count);
-    voxels.leaves.resize(count);
     field_.leaves.resize(count);
+    voxels.storage.leaves = 2048;
+    for (std::size_t n = 0; n < count;) {
+      const std::size_t some = std::min(voxels.storage.leaves, count - n);
+      const std::shared_ptr<float[]> values = page_array<float>(some * length);
+      voxels.storage.blocks.push_back(values);
+      for (std::size_t i = 0; i < some; ++i, ++n)
+        voxels.leaves.push_back(values.get() + i * length);
+    }
     return survey_leaves(voxels, leaf_survey(options_.role == GridRole::data),
                          [&](const auto& look) {
                            grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
-                             float* const to = values.get() + n * length;
+                             float* const to = voxels.leaves[n];
                              leaf.copy_to(to);
                              voxels.active[n] = leaf.active();
-                             voxels.leaves[n] = to;
                              field_.leaves[n] = {grid_.topology().leaves[n], to};
                              look(n, leaf.active());
                            });
@@ -280,21 +283,7 @@ class Reading {
 
 }  // namespace
 
-void look_again(Field& field, const Voxels& voxels, const ReadOptions& options) {
-  if (options.role == GridRole::data) {
-    const LeafSurvey survey(options, field.channels, /*ranges=*/true, field.active_box);
-    SurveySum sum;
-    tbb::parallel_for(std::size_t{0}, field.leaves.size(), [&](std::size_t n) {
-      sum.add(survey.look(field.leaves[n].origin, voxels.leaves[n], voxels.active[n]));
-    });
-    ValueSurvey found = sum.total();
-    add_active_tiles(voxels.tiles, found);
-    field.active_range = found.active.range(found.largest);
-  }
-  find_percentiles(field, voxels, options);
-}
-
-ReadGrid read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options) {
+Field read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options) {
   return Reading(file, entry, options).read();
 }
 

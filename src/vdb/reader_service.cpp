@@ -1,10 +1,8 @@
-#include <algorithm>
 #include <memory>
 #include <stdexcept>
 #include <utility>
 #include <vector>
 
-#include "base/memory.h"
 #include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
@@ -48,47 +46,31 @@ class ReaderService final : public guard::Service {
     return {guard::packed(reader().content(request.grid))};
   }
 
-  /// Keeps the last field, so that the reader keeps its values.
   Answer answer_to(const ReadRequest& request) {
     FieldFacts facts{.field = reader().read(request.grid, request.options)};
-    Field& field = facts.field;
-    if (field.reader) facts.active_tiles = field.reader->active_tiles();
-    facts.same_values = request.holds_last && shares_values(field, last_);
-    Answer answer;
-    if (!facts.same_values && !facts.stored()) answer.blocks = shared_values(field);
-    last_ = field;
-    if (facts.same_values) {
-      field.leaves.clear();
-      field.tiles.clear();
-    }
-    answer.text = guard::packed(facts);
-    if (last_.reader) last_.leaves = {};  // its reader knows their places
+    leaves_ = facts.field.reader;
+    channels_ = facts.field.channels;
+    if (leaves_) facts.active_tiles = leaves_->active_tiles();
+    Answer answer{guard::packed(facts)};
+    if (!facts.stored()) answer.blocks = shared_values(std::move(facts.field));
     return answer;
   }
 
   Answer answer_to(const LeavesRequest& request) const {
-    if (!last_.reader) throw std::runtime_error("an unknown request");
+    if (!leaves_) throw std::runtime_error("an unknown request");
     LeavesAnswer answer;
     answer.values.resize(request.numbers.size() * kLeafVoxels *
-                         static_cast<std::size_t>(last_.channels) * sizeof(float));
-    answer.survey = last_.reader->read(
-        request.numbers, reinterpret_cast<float*>(answer.values.data()), request.what);
+                         static_cast<std::size_t>(channels_) * sizeof(float));
+    answer.survey = leaves_->read(request.numbers, reinterpret_cast<float*>(answer.values.data()),
+                                  request.what);
     return {guard::packed(answer)};
   }
 
-  /// A notice would tell that values were changed.
-  static bool shares_values(const Field& a, const Field& b) {
-    return a.storage && a.storage == b.storage && a.notices.empty() && b.notices.empty() &&
-           std::ranges::equal(a.tiles, b.tiles, [](const Tile& x, const Tile& y) {
-             return x.origin == y.origin && x.width == y.width && x.value == y.value;
-           });
-  }
-
-  LargePages pages_;
   std::vector<std::shared_ptr<FileBlocks>> files_;  ///< and that of values beside it, or null
   Progress progress_;
   std::unique_ptr<Reader> reader_;
-  Field last_;
+  std::shared_ptr<const LeafReader> leaves_;  ///< of the last field, if they stay in the file
+  int channels_ = 0;                          ///< of that field
 };
 
 /// Loads the module for all readers. If that fails, each of them says why.

@@ -32,13 +32,11 @@ struct ContentRequest {
   std::string grid;
 };
 
-/// The answer's blocks have the values of the leaves, unless they stay in the file or are the last
-/// field's.
+/// The answer's blocks have the values of the leaves, unless they stay in the file.
 struct ReadRequest {
   using Answer = struct FieldFacts;
   std::string grid;
   ReadOptions options;
-  bool holds_last = false;  ///< the values of the last field that was read are still used
 };
 
 struct LeavesAnswer {
@@ -59,16 +57,15 @@ using Request = std::variant<FactsRequest, InfoRequest, ContentRequest, ReadRequ
 /// A Field without values of leaves.
 struct FieldFacts {
   Field field;
-  bool same_values = false;               ///< those of the last field, with its leaves and tiles
   std::vector<TileValue> active_tiles{};  ///< if stored
 
   /// Whether the values of leaves stay in the file.
   bool stored() const { return field.survey.has_value(); }
 };
 
-/// Copies the values of a field's leaves to shared memory, in blocks of the same number of leaves,
-/// and keeps no second copy of them itself. Throws std::bad_alloc.
-std::vector<guard::Descriptor> shared_values(const Field& field);
+/// Copies the values of a field's leaves to shared memory, in blocks of the same number of leaves;
+/// its own go meanwhile. Throws std::bad_alloc.
+std::vector<guard::Descriptor> shared_values(Field&& field);
 /// Sets the values of all leaves, and storage, without a copy. Throws std::runtime_error if the
 /// blocks do not have what the leaves need.
 void take_values(Field& field, const std::vector<guard::SealedMemory>& blocks);
@@ -85,19 +82,19 @@ PSIVOX_PACK(InfoRequest, grid, values)
 PSIVOX_PACK(ContentRequest, grid)
 PSIVOX_PACK(GridFacts, name, base_name, channels, value_type, grid_class, place)
 PSIVOX_PACK(FileFacts, grids, metadata, z_up, lost, value_bytes)
-PSIVOX_PACK(ReadRequest, grid, options, holds_last)
+PSIVOX_PACK(ReadRequest, grid, options)
 PSIVOX_PACK(LeavesRequest, grid, numbers, what)
 PSIVOX_PACK(LeavesAnswer, values, survey)
 
 inline void describe(guard::Codec& codec, FieldFacts& facts) {
   auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
          active_range, stored_range, percentiles, width, scale, leaves, tiles, array, storage,
-         origin, reader, survey, replaced, notices] = facts.field;
+         reader, survey, replaced, notices] = facts.field;
   std::vector<glm::ivec3> origins;
   for (const Leaf& leaf : leaves) origins.push_back(leaf.origin);
   codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
         active_range, stored_range, percentiles, width, survey, replaced, notices);
-  codec(origins, tiles, facts.same_values, facts.active_tiles);
+  codec(origins, tiles, facts.active_tiles);
   leaves.resize(origins.size());
   for (std::size_t n = 0; n < origins.size(); ++n) leaves[n].origin = origins[n];
 }

@@ -1,8 +1,6 @@
 // Fields that come from a guarded process: they are taken from shared memory, and checked.
 
-#include <sys/mman.h>
 #include <tbb/parallel_for.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -35,16 +33,6 @@ std::size_t leaf_bytes(const Field& field) {
 std::size_t leaves_per_block(const Field& field) {
   constexpr std::size_t step = 2048, most_blocks = guard::most_descriptors - 1;
   return (field.leaves.size() / (step * most_blocks) + 1) * step;
-}
-
-/// Maps the memory over the whole pages of the values that it has, so that processes share one
-/// copy.
-void share(std::string_view values, int memory) {
-  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-  void* const first = const_cast<char*>(values.data());
-  if (reinterpret_cast<std::uintptr_t>(first) % page == 0 && values.size() >= page)
-    mmap(first, values.size() / page * page, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_FIXED,
-         memory, 0);
 }
 
 constexpr const char* bad_values = "values are not finite, or negative";
@@ -118,23 +106,20 @@ void check_values(const Field& field, GridRole role, bool stored) {
 
 }  // namespace
 
-std::vector<guard::Descriptor> shared_values(const Field& field) {
+std::vector<guard::Descriptor> shared_values(Field&& field) {
   std::vector<guard::Descriptor> blocks;
   const std::size_t size = leaf_bytes(field), at_once = leaves_per_block(field);
-  const auto first = [](const Leaf& leaf) { return reinterpret_cast<const char*>(leaf.values); };
-  const auto follows = [&](const Leaf& a, const Leaf& b) { return first(a) + size == first(b); };
-  for (std::span rest(field.leaves); !rest.empty();) {
-    const auto leaves = rest.first(std::min(at_once, rest.size()));
-    rest = rest.subspan(leaves.size());
-    if (std::ranges::adjacent_find(leaves, std::not_fn(follows)) == leaves.end()) {
-      const std::string_view values(first(leaves.front()), leaves.size() * size);
-      share(values, blocks.emplace_back(guard::shared_copy(values)).get());
-      continue;
+  for (std::size_t n = 0; n < field.leaves.size();) {
+    std::vector<std::string_view> runs;
+    for (const std::size_t end = std::min(n + at_once, field.leaves.size()); n < end; ++n) {
+      const std::string_view values(reinterpret_cast<const char*>(field.leaves[n].values), size);
+      if (!runs.empty() && runs.back().data() + runs.back().size() == values.data())
+        runs.back() = {runs.back().data(), runs.back().size() + size};
+      else
+        runs.push_back(values);
     }
-    std::string copies;
-    copies.reserve(leaves.size() * size);
-    for (const Leaf& leaf : leaves) copies.append(first(leaf), size);
-    blocks.push_back(guard::shared_copy(copies));
+    blocks.push_back(guard::shared_copy(runs));
+    field.storage.drop_before(n);
   }
   return blocks;
 }
@@ -143,20 +128,20 @@ void take_values(Field& field, const std::vector<guard::SealedMemory>& blocks) {
   const std::size_t size = leaf_bytes(field), at_once = leaves_per_block(field);
   const std::size_t count = field.leaves.size();
   require(blocks.size() == (count + at_once - 1) / at_once, "another number of blocks");
-  std::size_t all = 0;  // known to be true before so many addresses are asked for
+  std::size_t all = 0;
   for (const guard::SealedMemory& block : blocks) {
     require(block.size() == std::min(at_once, count - all / size) * size, "a block's size");
     all += block.size();
   }
-  if (count == 0) return;
-  void* const first =
-      mmap(nullptr, all, PROT_NONE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
-  if (first == MAP_FAILED) throw std::bad_alloc();
-  field.storage = std::shared_ptr<const void>(first, [all](void* map) { munmap(map, all); });
-  auto* const values = static_cast<char*>(first);
-  for (std::size_t n = 0; n < blocks.size(); ++n) blocks[n].map(values + n * at_once * size);
-  for (std::size_t n = 0; n < count; ++n)
-    field.leaves[n].values = reinterpret_cast<const float*>(values + n * size);
+  std::vector<std::shared_ptr<const void>> maps;
+  for (std::size_t n = 0; n < blocks.size(); ++n) {
+    const std::shared_ptr<const char> values = blocks[n].map();
+    for (std::size_t leaf = n * at_once; leaf < std::min((n + 1) * at_once, count); ++leaf)
+      field.leaves[leaf].values =
+          reinterpret_cast<const float*>(values.get() + (leaf - n * at_once) * size);
+    maps.push_back(values);
+  }
+  field.storage = Storage(std::move(maps), at_once);
 }
 
 bool is_possible(const ValueSurvey& survey) {

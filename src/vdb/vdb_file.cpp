@@ -321,11 +321,6 @@ Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
             ? "the first of " + count + " frames; --frames 0-" + last + " draws all of them"
             : "grid '" + grid + "': " + count + " grids have this name; took '" + in_reader + "'");
   }
-  if (impl_->file && !field.reader)
-    field.origin = std::make_shared<const FieldOrigin>(
-        FieldOrigin{field.storage, [path = impl_->path() + impl_->frame, grid, options] {
-                      return VdbFile(path).read(grid, options);
-                    }});
   return field;
 }
 

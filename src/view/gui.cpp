@@ -205,7 +205,7 @@ std::string message_of(const std::exception_ptr& error) {
   try {
     std::rethrow_exception(error);
   } catch (const std::bad_alloc&) {
-    return "out of memory; try --texel float16";
+    return "out of memory; try --lod 1";
   } catch (const std::exception& e) {
     return e.what();
   }

@@ -242,7 +242,7 @@ class Bench:
         for rule in ("psi-weighted", "cell-exact"):
             result.append((f"psivox {rule}, cells", "cells",
                            self.psivox_method("--sampling", "cells", "--integrator", rule)))
-        for option in (("--filter", "hardware"), ("--texel", "float16")):
+        for option in (("--filter", "hardware"), ("--texel", "code12")):
             result += [(f"psivox psi-balanced, {option[1]}", 1, self.psivox_method(
                 "--integrator", "psi-balanced", "--step", 1, *option)),
                        (f"psivox psi-weighted, cells, {option[1]}", "cells", self.psivox_method(
