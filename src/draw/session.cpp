@@ -235,7 +235,7 @@ Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish
   PreparationTimes times;
   prepare(parts, wanted, wish, times);
   const MediumAtlas& grids = atlas.of(view, wanted.scene.texel, times);
-  Drawn drawn = deep_picture(wanted, grids, lighting ? light_share : 0,
+  Drawn drawn = deep_picture(wanted, grids, lighting ? light_share(wanted.scene) : 0,
                              of_stage(wish.progress, Stage::marching));
   if (lighting) drawn.light = lighting->description();
   drawn.atlas = grids.size();
