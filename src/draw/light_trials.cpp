@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "field/index_space.h"
 #include "march/light_lattice.h"
@@ -19,21 +18,21 @@ double next_spacing(double spacing) {
   return std::exp2((std::round(2 * std::log2(spacing)) - 1) / 2);
 }
 
-/// Part of the error that the next lattice leaves, above a voxel and below: half the spacing left
-/// 0.23 and 0.13 on smoke and clouds (docs/notes/decisions.md). What is computed by it is compared
+/// Part of the error that a lattice leaves which is this part as wide: half the spacing left 0.23
+/// and 0.13 on smoke and clouds (docs/notes/decisions.md). What is computed by it is compared
 /// again.
-constexpr double left_above = 0.5, left_below = 0.4;
+double left_at(double part) { return part * part; }
 
-/// A lattice is computed only if its expected error is at most this part of what will do: computing
+/// A lattice is taken only if its expected error is at most this part of what will do: computing
 /// one in vain costs more than columns closer than needed.
 constexpr double sure = 0.75;
 
 /// Rays that are exact end at this part of what the light may miss.
 constexpr double termination_share = 0.5;
 
-/// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe
-/// (docs/performance.md).
-constexpr double cell_cost = 1.5;
+/// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe: 4 to 7 on clouds,
+/// smoke and labels.
+constexpr double cell_cost = 5;
 
 /// Time of a voxel's light beside its look-ups, in look-ups: of a cloud a direction takes 12 ms at
 /// spacings of 4 and 2 voxels, 19 at 1, 50 at 1/2.
@@ -54,9 +53,6 @@ std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
   return places;
 }
 
-/// Part of the error that is left at this part of a spacing, above a voxel.
-double left_at(double part) { return std::pow(left_above, -2 * std::log2(part)); }
-
 /// Look-ups of a lattice for a voxel, for one beam.
 double lattice_look_ups(double spacing) {
   // two a slice of voxels; bricks at the rim are half empty, and a look-up's time each for the
@@ -71,23 +67,6 @@ void set_method(std::vector<Beam>& beams, const LightMethod& method) {
   for (Beam& beam : beams) beam.method = method;
 }
 
-bool LightTrials::enough(double miss, double spacing) const {
-  return miss <= light_safety / std::max(1.0, spacing * spacing) * rms_;
-}
-
-LightMethod LightTrials::first() {
-  const LightError off = miss({.spacing = widest_spacing});
-  LightMethod method = from(coarse, off.rms * left_at(coarse / widest_spacing));
-  if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
-  first_miss_ = method.spacing == 0 ? LightError{} : off * left_at(method.spacing / widest_spacing);
-  return method;
-}
-
-LightMethod LightTrials::after(const LightMethod& method, double miss) {
-  const double left = method.spacing > 1 ? left_above : left_below;
-  return from(next_spacing(method.spacing), left * miss);
-}
-
 LightError LightTrials::miss(const LightMethod& method) const {
   return pilots_.sum_of([&](std::size_t i) {
     const View& view = pilots_.view(i);
@@ -100,56 +79,47 @@ LightError LightTrials::miss(const LightMethod& method) const {
   });
 }
 
-LightMethod LightTrials::rays() const {
-  return {.termination = transmittance_of(termination_share * rms_, octaves_)};
+std::pair<LightError, bool> LightTrials::expected(double spacing) const {
+  const auto wider = tried_.lower_bound(spacing);
+  const auto& [known, off] = wider == tried_.end() ? *tried_.rbegin() : *wider;
+  if (known == spacing) return {off, true};
+  return {off * left_at(spacing / known), false};
 }
 
-double LightTrials::ray_look_ups() {
-  if (!exact_look_ups_) exact_look_ups_ = cell_cost * pilots_.of(0).mean_cells(rays().termination);
-  return *exact_look_ups_;
-}
-
-LightMethod LightTrials::from(double spacing, double miss) {
-  for (; spacing >= finest; spacing = next_spacing(spacing)) {
-    if (lattice_look_ups(spacing) > ray_look_ups()) break;
-    if (enough(miss / sure, spacing)) return {.spacing = spacing};
-    miss *= spacing > 1 ? left_above : left_below;
+LightChoice LightTrials::best() {
+  const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
+  if (!ray_look_ups_) ray_look_ups_ = cell_cost * pilots_.of(0).mean_cells(rays.termination);
+  if (tried_.empty()) learn(coarse, miss({.spacing = coarse}));
+  const auto directions = [&](double left) { return directions_ ? directions_->count(left) : 1; };
+  LightChoice best{rays, directions(most(1))};
+  double least = best.count * (output_cost + *ray_look_ups_), left_for_count = most(1);
+  for (double spacing = directions_ ? double(widest_spacing) : coarse; spacing >= finest;
+       spacing = next_spacing(spacing)) {
+    const auto [off, known] = expected(spacing);
+    const double allowed = most(spacing), counted = known ? off.rms : off.rms / sure;
+    if (!(counted < allowed)) continue;
+    const double left = std::sqrt(allowed * allowed - counted * counted);
+    const int count = directions(left);
+    const double time = count * (output_cost + lattice_look_ups(spacing));
+    if (time >= least) continue;
+    best = {{.spacing = spacing}, count, off};
+    least = time;
+    left_for_count = left;
   }
-  return rays();
+  if (!directions_) return best;
+  best.count = directions_->tried(best.count, left_for_count);
+  best.miss = sum(best.miss, directions_->miss(best.count));
+  return best;
 }
 
-SkyMethod LightTrials::of_sky(SkyTrial& directions) {
-  const double most = light_safety * rms_;
-  std::map<double, LightError> tried;
-  const auto miss_of = [&](double spacing) {
-    if (tried.empty()) tried[coarse] = miss({.spacing = coarse});
-    const auto finer = tried.lower_bound(spacing);
-    const auto& [known, off] = finer == tried.end() ? *tried.rbegin() : *finer;
-    return off * left_at(spacing / known);
-  };
-  while (true) {
-    SkyMethod best{directions.count(most), rays(), {}};
-    double left = most, least = best.count * (output_cost + ray_look_ups());
-    for (double spacing = widest_spacing; spacing >= finest; spacing = next_spacing(spacing)) {
-      const LightError off = miss_of(spacing);
-      if (!(off.rms < most)) continue;
-      const double of_count = std::sqrt(most * most - off.rms * off.rms);
-      const int count = directions.count(of_count);
-      const double time = count * (output_cost + lattice_look_ups(spacing));
-      if (time >= least) continue;
-      best = {count, {.spacing = spacing}, off};
-      left = of_count;
-      least = time;
-    }
-    const double spacing = best.method.spacing;
-    if (spacing > 0 && !tried.contains(spacing)) {
-      tried[spacing] = miss(best.method);
-      continue;
-    }
-    best.count = directions.tried(best.count, left);
-    best.miss = sum(best.miss, directions.miss(best.count));
-    return best;
+LightChoice LightTrials::settled() {
+  LightChoice choice = best();
+  for (double at = choice.method.spacing; at > 0 && !tried_.contains(at);
+       at = choice.method.spacing) {
+    learn(at, miss(choice.method));
+    choice = best();
   }
+  return choice;
 }
 
 SkyTrial::SkyTrial(const View& view, const MediumDepths& depths)

@@ -1,12 +1,15 @@
 #pragma once
 
+#include <algorithm>
+#include <map>
+#include <utility>
+
 #include "draw/light_pilots.h"
 
 namespace psivox {
 
 /// The estimated error of the light may reach this fraction of what the light may miss, since the
-/// pilot is a sample. For lattices wider than a voxel, whose errors are larger in few pixels, it is
-/// divided by the square of the spacing.
+/// pilot is a sample.
 inline constexpr double light_safety = 0.8;
 
 void set_method(std::vector<Beam>& beams, const LightMethod& method);
@@ -35,61 +38,61 @@ class SkyTrial {
   double rate_ = 1;                 ///< power of the number with which the error falls
 };
 
-/// A sky's directions, and how the depths along them are found.
-struct SkyMethod {
-  int count = 0;
+/// How the light of some beams is found.
+struct LightChoice {
   LightMethod method{};
-  LightError miss{};
+  int count = 0;      ///< of a sky's directions
+  LightError miss{};  ///< expected, of directions and depths
 };
 
-/// Methods for some beams, by what they miss and cost.
+/// Methods for some beams, by what they miss and cost. One budget, in quadrature, is for the depths
+/// and for the directions of a sky.
 class LightTrials {
  public:
-  /// `blocks`: of the first volume.
+  /// `blocks`: of the first volume. `directions`: of beams that stand for a sky's, whose number is
+  /// chosen too; else null.
   LightTrials(const View& view, const MediumDepths& depths, const std::vector<glm::ivec3>& blocks,
-              BeamsOn beams, double rms)
+              BeamsOn beams, double rms, SkyTrial* directions = nullptr)
       : octaves_(view.scene.scatter_octaves),
         depths_(depths),
         blocks_(blocks),
         beams_(std::move(beams)),
         rms_(rms),
+        directions_(directions),
         pilots_(view, depths, beams_) {}
 
   /// What `lit` misses, as estimated.
   LightError miss(const Medium& lit) const { return pilots_.error(lit); }
-  /// Whether a lattice of a spacing that misses so much, as estimated, will do.
-  bool enough(double miss, double spacing) const;
 
-  /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
-  /// voxel from so coarse a trial, or exact rays where they cost less.
-  LightMethod first();
-  /// What it is expected to miss.
-  const LightError& first_miss() const { return first_miss_; }
-
-  /// The next method after one that missed too much.
-  LightMethod after(const LightMethod& method, double miss);
-
-  /// Of a sky: the number of directions and the lattice that take the least time together, as
-  /// tried.
-  SkyMethod of_sky(SkyTrial& directions);
+  /// The lattice and the directions that are expected to take the least time, or exact rays. The
+  /// error of a lattice that was not tried is expected from another's.
+  LightChoice best();
+  /// The same, with lattices tried until it is one of them.
+  LightChoice settled();
+  /// Takes down what a lattice misses, as it was computed.
+  void learn(double spacing, const LightError& miss) { tried_[spacing] = miss; }
+  /// Whether a lattice that was tried will do.
+  bool enough(double spacing) const { return tried_.at(spacing).rms <= most(spacing); }
 
  private:
   LightError miss(const LightMethod& method) const;
-  LightMethod rays() const;
-  /// Time of a ray from each voxel, in look-ups of a lattice.
-  double ray_look_ups();
-
-  /// The coarsest lattice, from `spacing` down, that is expected to be enough; exact rays if none
-  /// is or if they cost less. The lattice of `spacing` is expected to miss `miss`.
-  LightMethod from(double spacing, double miss);
+  /// What a lattice may miss. Of one light, the errors of lattices wider than a voxel are larger in
+  /// few pixels.
+  double most(double spacing) const {
+    const double wide = directions_ ? 1 : std::max(1.0, spacing * spacing);
+    return light_safety * rms_ / wide;
+  }
+  /// What a lattice misses, and whether that is known.
+  std::pair<LightError, bool> expected(double spacing) const;
 
   int octaves_;
   const MediumDepths& depths_;
   const std::vector<glm::ivec3>& blocks_;
   BeamsOn beams_;
   double rms_;
-  LightError first_miss_;
-  std::optional<double> exact_look_ups_;
+  SkyTrial* directions_;
+  std::map<double, LightError> tried_;  ///< by spacing
+  std::optional<double> ray_look_ups_;  ///< time of a ray from each voxel
   LightPilots pilots_;
 };
 

@@ -168,14 +168,14 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   std::vector<View> views{typical_view(view)};
   if (!same_frame(view.camera, views.front().camera)) views.push_back(view);
   const double sky_share = std::sqrt(1 - lights_share * lights_share);
-  SkyMethod sky{.method = {.spacing = HUGE_VAL}};
+  LightChoice sky{{.spacing = HUGE_VAL}};
   for (const View& from : views) {
     SkyTrial directions(from, depths);
-    const SkyMethod own =
-        LightTrials(from, depths, blocks_, some, sky_share * need.rms).of_sky(directions);
+    const LightChoice own =
+        LightTrials(from, depths, blocks_, some, sky_share * need.rms, &directions).settled();
     if (own.count >= sky.count) sky_coverage_ = directions.coverage();
-    sky = {std::max(sky.count, own.count),
-           own.method.spacing < sky.method.spacing ? own.method : sky.method,
+    sky = {own.method.spacing < sky.method.spacing ? own.method : sky.method,
+           std::max(sky.count, own.count),
            {std::max(sky.miss.rms, own.miss.rms), std::max(sky.miss.max, own.miss.max)}};
   }
   const std::size_t lights = beams_.size();
@@ -192,16 +192,16 @@ void Lighting::settle_lights(const View& view, const LightSource& source,
   std::optional<LightPilots> own;  // the trials' pilots serve the typical picture
   if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
   LightTrials trials(typical, depths, blocks_, beams_of(beams_), rms);
-  LightMethod method = trials.first();
   while (true) {
+    const LightMethod method = trials.best().method;
     set_method(beams_, method);
     sum_up(view, source, depths, progress);
-    const LightError typical_miss = trials.miss(*medium_);
-    error_ = own ? own->error(*medium_) : typical_miss;
-    if (method.spacing == 0 ||
-        (trials.enough(typical_miss.rms, method.spacing) && error_.rms <= rms))
-      return;
-    method = trials.after(method, std::max(typical_miss.rms, light_safety * error_.rms));
+    LightError off = trials.miss(*medium_);
+    error_ = own ? own->error(*medium_) : off;
+    if (method.spacing == 0) return;
+    off.rms = std::max(off.rms, light_safety * error_.rms);
+    trials.learn(method.spacing, off);
+    if (trials.enough(method.spacing)) return;
   }
 }
 
