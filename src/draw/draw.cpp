@@ -57,7 +57,7 @@ LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wis
   if (wish.any_light) return {};
   if (wish.exact || !marcher.marches() || scene.light_quality == LightQuality::exact)
     return {.exact = true};
-  if (scene.tolerance) return {.rms = light_share * *scene.tolerance};
+  if (scene.tolerance) return {.rms = light_share(scene) * *scene.tolerance};
   return {.exact = true};
 }
 

@@ -18,21 +18,25 @@ double next_spacing(double spacing) {
   return std::exp2((std::round(2 * std::log2(spacing)) - 1) / 2);
 }
 
-/// Part of the error that the next lattice leaves, above a voxel and below: half the spacing left
-/// 0.23 and 0.13 on smoke and clouds (docs/notes/decisions.md). What is computed by it is compared
+/// Part of the error that a lattice leaves which is this part as wide: half the spacing left 0.23
+/// and 0.13 on smoke and clouds (docs/notes/decisions.md). What is computed by it is compared
 /// again.
-constexpr double left_above = 0.5, left_below = 0.4;
+double left_at(double part) { return part * part; }
 
-/// A lattice is computed only if its expected error is at most this part of what will do: computing
+/// A lattice is taken only if its expected error is at most this part of what will do: computing
 /// one in vain costs more than columns closer than needed.
 constexpr double sure = 0.75;
 
 /// Rays that are exact end at this part of what the light may miss.
 constexpr double termination_share = 0.5;
 
-/// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe
-/// (docs/performance.md).
-constexpr double cell_cost = 1.5;
+/// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe: 4 to 7 on clouds,
+/// smoke and labels.
+constexpr double cell_cost = 5;
+
+/// Time of a voxel's light beside its look-ups, in look-ups: of a cloud a direction takes 12 ms at
+/// spacings of 4 and 2 voxels, 19 at 1, 50 at 1/2.
+constexpr double output_cost = 3;
 
 /// Places of the blocks that hold the pilot's voxels, in ascending order.
 std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
@@ -49,9 +53,6 @@ std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
   return places;
 }
 
-/// Part of the error that is left at this part of a spacing, above a voxel.
-double left_at(double part) { return std::pow(left_above, -2 * std::log2(part)); }
-
 /// Look-ups of a lattice for a voxel, for one beam.
 double lattice_look_ups(double spacing) {
   // two a slice of voxels; bricks at the rim are half empty, and a look-up's time each for the
@@ -66,34 +67,6 @@ void set_method(std::vector<Beam>& beams, const LightMethod& method) {
   for (Beam& beam : beams) beam.method = method;
 }
 
-bool LightTrials::enough(double miss, double spacing) const {
-  return miss <= light_safety / std::max(1.0, spacing * spacing) * rms_;
-}
-
-LightMethod LightTrials::first() {
-  const LightError off = miss({.spacing = widest_spacing});
-  LightMethod method = from(coarse, off.rms * left_at(coarse / widest_spacing));
-  if (method.spacing > 0) method.spacing = std::max(method.spacing, 1.0);
-  first_miss_ = method.spacing == 0 ? LightError{} : off * left_at(method.spacing / widest_spacing);
-  return method;
-}
-
-LightMethod LightTrials::settled() {
-  LightMethod method = first();
-  while (method.spacing > 0) {
-    first_miss_ = miss(method);
-    if (enough(first_miss_.rms, method.spacing)) break;
-    method = after(method, first_miss_.rms);
-  }
-  if (method.spacing == 0) first_miss_ = {};
-  return method;
-}
-
-LightMethod LightTrials::after(const LightMethod& method, double miss) {
-  const double left = method.spacing > 1 ? left_above : left_below;
-  return from(next_spacing(method.spacing), left * miss);
-}
-
 LightError LightTrials::miss(const LightMethod& method) const {
   return pilots_.sum_of([&](std::size_t i) {
     const View& view = pilots_.view(i);
@@ -106,48 +79,80 @@ LightError LightTrials::miss(const LightMethod& method) const {
   });
 }
 
-LightMethod LightTrials::from(double spacing, double miss) {
-  const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
-  // time of a ray from each voxel, in look-ups of a lattice
-  if (!exact_look_ups_) exact_look_ups_ = cell_cost * pilots_.of(0).mean_cells(rays.termination);
-  for (; spacing >= finest; spacing = next_spacing(spacing)) {
-    if (lattice_look_ups(spacing) > *exact_look_ups_) break;
-    if (enough(miss / sure, spacing)) return {.spacing = spacing};
-    miss *= spacing > 1 ? left_above : left_below;
-  }
-  return rays;
+std::pair<LightError, bool> LightTrials::expected(double spacing) const {
+  const auto wider = tried_.lower_bound(spacing);
+  const auto& [known, off] = wider == tried_.end() ? *tried_.rbegin() : *wider;
+  if (known == spacing) return {off, true};
+  return {off * left_at(spacing / known), false};
 }
 
-SkyTrial::SkyTrial(const View& view, const MediumDepths& depths, double rms) {
-  const double most = light_safety * rms;
-  const LightPilots pilots(view, depths, sky_of(truth_count));
-  coverage_ = pilots.coverage();
-  const auto miss_of = [&](int count) { return pilots.error(sky_of(count)); };
-  miss_ = miss_of(few_count);
-  double wanted = std::max(std::ceil(few_count * miss_.rms / most), 8.0);
-  if (wanted > truth_count) {
+LightChoice LightTrials::best() {
+  const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
+  if (!ray_look_ups_) ray_look_ups_ = cell_cost * pilots_.of(0).mean_cells(rays.termination);
+  if (tried_.empty()) learn(coarse, miss({.spacing = coarse}));
+  const auto directions = [&](double left) { return directions_ ? directions_->count(left) : 1; };
+  LightChoice best{rays, directions(most(1))};
+  double least = best.count * (output_cost + *ray_look_ups_), left_for_count = most(1);
+  for (double spacing = directions_ ? double(widest_spacing) : coarse; spacing >= finest;
+       spacing = next_spacing(spacing)) {
+    const auto [off, known] = expected(spacing);
+    const double allowed = most(spacing), counted = known ? off.rms : off.rms / sure;
+    if (!(counted < allowed)) continue;
+    const double left = std::sqrt(allowed * allowed - counted * counted);
+    const int count = directions(left);
+    const double time = count * (output_cost + lattice_look_ups(spacing));
+    if (time >= least) continue;
+    best = {{.spacing = spacing}, count, off};
+    least = time;
+    left_for_count = left;
+  }
+  if (!directions_) return best;
+  best.count = directions_->tried(best.count, left_for_count);
+  best.miss = sum(best.miss, directions_->miss(best.count));
+  return best;
+}
+
+LightChoice LightTrials::settled() {
+  LightChoice choice = best();
+  for (double at = choice.method.spacing; at > 0 && !tried_.contains(at);
+       at = choice.method.spacing) {
+    learn(at, miss(choice.method));
+    choice = best();
+  }
+  return choice;
+}
+
+SkyTrial::SkyTrial(const View& view, const MediumDepths& depths)
+    : view_(view),
+      depths_(depths),
+      pilots_(view, depths, sky_of(many_count)),
+      few_(pilots_.error(sky_of(few_count))) {}
+
+int SkyTrial::count(double most) {
+  double wanted = few_count * few_.rms / most;
+  if (wanted > many_count) {
     // So many cost much, and the few may tell too much, where they miss a phase's peak, or too
     // little: the error of light that has an edge falls as N^(-3/4) (Beck 1987).
-    const LightError many = miss_of(many_count);
-    const double rate = std::clamp(
-        std::log(miss_.rms / many.rms) / std::log(many_count / double(few_count)), 0.75, 1.0);
-    wanted = std::ceil(many_count * std::pow(many.rms / most, 1 / rate));
-    wanted = std::clamp(wanted, double(many_count), double(most_sky_count));
-    count_ = int(wanted);
-    miss_ = many * std::pow(many_count / wanted, rate);
-    return;
-  }
-  if (wanted >= few_count) {
-    count_ = int(wanted);
-    miss_ = miss_ * (few_count / wanted);
-    return;
-  }
-  for (int count = int(wanted); count < few_count; count *= 2)
-    if (const LightError miss = miss_of(count); miss.rms <= most) {
-      count_ = count;
-      miss_ = miss;
-      return;
+    if (!many_) {
+      many_ = LightPilots(view_, depths_, sky_of(2 * many_count)).error(sky_of(many_count));
+      rate_ = std::clamp(std::log(few_.rms / many_->rms) / std::log(many_count / double(few_count)),
+                         0.75, 1.0);
     }
+    wanted = std::max(many_count * std::pow(many_->rms / most, 1 / rate_), double(many_count));
+  }
+  return int(std::clamp(std::ceil(wanted), 8.0, double(most_sky_count)));
+}
+
+LightError SkyTrial::miss(int count) {
+  if (many_ && count >= many_count) return *many_ * std::pow(double(many_count) / count, rate_);
+  if (count >= few_count) return few_ * (double(few_count) / count);
+  return pilots_.error(sky_of(count));
+}
+
+int SkyTrial::tried(int count, double most) const {
+  for (; count < few_count; count *= 2)
+    if (pilots_.error(sky_of(count)).rms <= most) return count;
+  return count;
 }
 
 }  // namespace psivox

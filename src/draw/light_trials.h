@@ -1,77 +1,99 @@
 #pragma once
 
+#include <algorithm>
+#include <map>
+#include <utility>
+
 #include "draw/light_pilots.h"
 
 namespace psivox {
 
 /// The estimated error of the light may reach this fraction of what the light may miss, since the
-/// pilot is a sample. For lattices wider than a voxel, whose errors are larger in few pixels, it is
-/// divided by the square of the spacing.
+/// pilot is a sample.
 inline constexpr double light_safety = 0.8;
 
 void set_method(std::vector<Beam>& beams, const LightMethod& method);
 
-/// Methods for some beams, by what they miss and cost.
+/// What a sky misses by the number of its directions. Over clouds and smoke the error falls as one
+/// over it (docs/notes/decisions.md), so that a trial with few tells how many a tolerance takes. Of
+/// fewer the error may be far larger, where few directions miss the phase function's peak.
+class SkyTrial {
+ public:
+  SkyTrial(const View& view, const MediumDepths& depths);
+  /// The number of directions that is expected to miss at most so much, and what it misses.
+  int count(double most);
+  LightError miss(int count);
+  /// LightPilots::coverage().
+  double coverage() const { return pilots_.coverage(); }
+  /// A count that was found, made larger if it is tried in vain.
+  int tried(int count, double most) const;
+
+ private:
+  static constexpr int few_count = 32, many_count = 128;
+  const View& view_;
+  const MediumDepths& depths_;
+  LightPilots pilots_;  ///< of many_count
+  LightError few_;
+  std::optional<LightError> many_;  ///< what many_count misses, if it was asked for
+  double rate_ = 1;                 ///< power of the number with which the error falls
+};
+
+/// How the light of some beams is found.
+struct LightChoice {
+  LightMethod method{};
+  int count = 0;      ///< of a sky's directions
+  LightError miss{};  ///< expected, of directions and depths
+};
+
+/// Methods for some beams, by what they miss and cost. One budget, in quadrature, is for the depths
+/// and for the directions of a sky.
 class LightTrials {
  public:
-  /// `blocks`: of the first volume.
+  /// `blocks`: of the first volume. `directions`: of beams that stand for a sky's, whose number is
+  /// chosen too; else null.
   LightTrials(const View& view, const MediumDepths& depths, const std::vector<glm::ivec3>& blocks,
-              BeamsOn beams, double rms)
+              BeamsOn beams, double rms, SkyTrial* directions = nullptr)
       : octaves_(view.scene.scatter_octaves),
         depths_(depths),
         blocks_(blocks),
         beams_(std::move(beams)),
         rms_(rms),
+        directions_(directions),
         pilots_(view, depths, beams_) {}
 
   /// What `lit` misses, as estimated.
   LightError miss(const Medium& lit) const { return pilots_.error(lit); }
-  /// Whether a lattice of a spacing that misses so much, as estimated, will do.
-  bool enough(double miss, double spacing) const;
 
-  /// The method to begin with: the coarsest lattice that is expected to be enough, but not below a
-  /// voxel from so coarse a trial, or exact rays where they cost less.
-  LightMethod first();
-  /// The method that misses little enough, as tried.
-  LightMethod settled();
-  /// What the method of first() is expected to miss, or that of settled() does.
-  const LightError& first_miss() const { return first_miss_; }
-
-  /// The next method after one that missed too much.
-  LightMethod after(const LightMethod& method, double miss);
+  /// The lattice and the directions that are expected to take the least time, or exact rays. The
+  /// error of a lattice that was not tried is expected from another's.
+  LightChoice best();
+  /// The same, with lattices tried until it is one of them.
+  LightChoice settled();
+  /// Takes down what a lattice misses, as it was computed.
+  void learn(double spacing, const LightError& miss) { tried_[spacing] = miss; }
+  /// Whether a lattice that was tried will do.
+  bool enough(double spacing) const { return tried_.at(spacing).rms <= most(spacing); }
 
  private:
   LightError miss(const LightMethod& method) const;
-
-  /// The coarsest lattice, from `spacing` down, that is expected to be enough; exact rays if none
-  /// is or if they cost less. The lattice of `spacing` is expected to miss `miss`.
-  LightMethod from(double spacing, double miss);
+  /// What a lattice may miss. Of one light, the errors of lattices wider than a voxel are larger in
+  /// few pixels.
+  double most(double spacing) const {
+    const double wide = directions_ ? 1 : std::max(1.0, spacing * spacing);
+    return light_safety * rms_ / wide;
+  }
+  /// What a lattice misses, and whether that is known.
+  std::pair<LightError, bool> expected(double spacing) const;
 
   int octaves_;
   const MediumDepths& depths_;
   const std::vector<glm::ivec3>& blocks_;
   BeamsOn beams_;
   double rms_;
-  LightError first_miss_;
-  std::optional<double> exact_look_ups_;
+  SkyTrial* directions_;
+  std::map<double, LightError> tried_;  ///< by spacing
+  std::optional<double> ray_look_ups_;  ///< time of a ray from each voxel
   LightPilots pilots_;
-};
-
-/// Number of a sky's directions. Over clouds and smoke the error falls as one over their number
-/// (docs/notes/decisions.md), so that a trial with few tells how many it takes. Of fewer the error
-/// may be far larger, where few directions miss the phase function's peak: these are tried.
-class SkyTrial {
- public:
-  SkyTrial(const View& view, const MediumDepths& depths, double rms);
-  int count() const { return count_; }
-  const LightError& miss() const { return miss_; }
-  double coverage() const { return coverage_; }
-
- private:
-  static constexpr int few_count = 32, many_count = 128, truth_count = 256;
-  int count_ = few_count;
-  LightError miss_;
-  double coverage_ = 0;
 };
 
 }  // namespace psivox

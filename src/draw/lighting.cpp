@@ -75,6 +75,10 @@ std::unordered_set<glm::ivec3, VoxelHash> blocks_along(const Field& field,
 
 }  // namespace
 
+double light_share(const Scene& scene) {
+  return scene.sky || !scene.environment.empty() ? 0.85 : 0.5;
+}
+
 View Lighting::seen(const View& wanted) const {
   View view = view_;
   view.camera = wanted.camera;
@@ -151,37 +155,32 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   }
   const BeamsOn some = sky_of(tried_sky_count);
   if (some(view, 0).empty()) return settle_lights(view, depths, need.rms, progress);
-  const double part = beams_.empty() ? need.rms : need.rms * std::sqrt(0.5);
+  // what lights beside a sky miss adds to it in quadrature; they take little time
+  const double lights_share = beams_.empty() ? 0 : 0.4;
   LightError lights_error;
   if (!beams_.empty()) {
-    settle_lights(view, depths, part, part_of(progress, 0, 0.5));
+    settle_lights(view, depths, lights_share * need.rms, part_of(progress, 0, 0.2));
     lights_error = error_;
   }
-  // the sky's share, in quadrature: for the number of its directions, and for the depths of each.
-  // Both suit the typical picture and this one, which may show more of the medium
+  // the sky suits the typical picture and this one, which may show more of the medium
   std::vector<View> views{typical_view(view)};
   if (!same_frame(view.camera, views.front().camera)) views.push_back(view);
-  int count = 0;
-  LightMethod method{.spacing = HUGE_VAL};
-  LightError of_count, of_method;
+  const double sky_share = std::sqrt(1 - lights_share * lights_share);
+  LightChoice sky{{.spacing = HUGE_VAL}};
   for (const View& from : views) {
-    const SkyTrial trial(from, depths, 0.6 * part);
-    if (trial.count() >= count) {
-      count = trial.count();
-      of_count = trial.miss();
-      sky_coverage_ = trial.coverage();
-    }
-    LightTrials trials(from, depths, blocks_, some, 0.8 * part);
-    if (const LightMethod settled = trials.settled(); settled.spacing <= method.spacing) {
-      method = settled;
-      of_method = trials.first_miss();
-    }
+    SkyTrial directions(from, depths);
+    const LightChoice own =
+        LightTrials(from, depths, blocks_, some, sky_share * need.rms, &directions).settled();
+    if (own.count >= sky.count) sky_coverage_ = directions.coverage();
+    sky = {own.method.spacing < sky.method.spacing ? own.method : sky.method,
+           std::max(sky.count, own.count),
+           {std::max(sky.miss.rms, own.miss.rms), std::max(sky.miss.max, own.miss.max)}};
   }
   const std::size_t lights = beams_.size();
-  add_sky(view, count);
-  for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = method;
-  sum_up(view, depths, lights > 0 ? part_of(progress, 0.5, 0.5) : progress);
-  sky_error_ = sum(of_count, of_method);
+  add_sky(view, sky.count);
+  for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = sky.method;
+  sum_up(view, depths, lights > 0 ? part_of(progress, 0.2, 0.8) : progress);
+  sky_error_ = sky.miss;
   error_ = sum(lights_error, sky_error_);
 }
 
@@ -191,16 +190,16 @@ void Lighting::settle_lights(const View& view, const MediumDepths& depths, doubl
   std::optional<LightPilots> own;  // the trials' pilots serve the typical picture
   if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
   LightTrials trials(typical, depths, blocks_, beams_of(beams_), rms);
-  LightMethod method = trials.first();
   while (true) {
+    const LightMethod method = trials.best().method;
     set_method(beams_, method);
     sum_up(view, depths, progress);
-    const LightError typical_miss = trials.miss(*medium_);
-    error_ = own ? own->error(*medium_) : typical_miss;
-    if (method.spacing == 0 ||
-        (trials.enough(typical_miss.rms, method.spacing) && error_.rms <= rms))
-      return;
-    method = trials.after(method, std::max(typical_miss.rms, light_safety * error_.rms));
+    LightError off = trials.miss(*medium_);
+    error_ = own ? own->error(*medium_) : off;
+    if (method.spacing == 0) return;
+    off.rms = std::max(off.rms, light_safety * error_.rms);
+    trials.learn(method.spacing, off);
+    if (trials.enough(method.spacing)) return;
   }
 }
 

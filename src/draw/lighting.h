@@ -15,8 +15,9 @@ struct LightNeed {
   double rms = 0;  ///< largest error, RMS over the picture and R G B A; 0: any light will do
 };
 
-/// Part of a tolerance that the light may use up. The march has what is left, in quadrature.
-inline constexpr double light_share = 0.5;
+/// Part of a scene's tolerance that its light may use up. The march has what is left, in
+/// quadrature: beside a sky, which takes far longer, less.
+double light_share(const Scene& scene);
 
 /// What a wish for a picture of the scene asks of its light.
 LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wish);
@@ -74,7 +75,7 @@ class Lighting {
   Camera camera_;
   bool coarse_ = false;  ///< computed for a preview
   LightError error_;
-  LightError sky_error_;     ///< what the sky's directions miss
+  LightError sky_error_;     ///< what the sky misses
   double sky_coverage_ = 0;  ///< of the picture that misses that: LightPilot::coverage()
 };
 

@@ -269,7 +269,7 @@ Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish
   PreparationTimes times;
   prepare(parts, wanted, wish, times);
   const MediumAtlas& grids = bricks(times);
-  Drawn drawn = deep_picture(wanted, grids, unlit.light ? light_share : 0,
+  Drawn drawn = deep_picture(wanted, grids, unlit.light ? light_share(wanted.scene) : 0,
                              of_stage(wish.progress, Stage::marching));
   drawn.light = shone;
   drawn.atlas = grids.size();
