@@ -26,8 +26,9 @@ CodedCell find_codes(int payload, int3 cell) {
                    uint(cell.z & ((BRICK_CELLS >> wide) - 1)) * width, width);
 }
 
-// The codes at the two ends of a cell along z, in a row's word; where `nearest` the first one twice. If both lie in `high`, `bits` repeats a
-// part of it above them. The masks leave that out, because a word has at most 63 bits.
+// The codes at the two ends of a cell along z, in a row's word; where `nearest` the first one twice.
+// If both lie in `high`, `bits` repeats a part of it above them. The masks leave that out, because a
+// word has at most 63 bits.
 real2 codes_in(IN(CodedCell) c, uint low, uint high) {
   bool is_high = c.bit >= 32u;
   uint shift = c.bit & 31u;
