@@ -18,10 +18,13 @@ double next_spacing(double spacing) {
   return std::exp2((std::round(2 * std::log2(spacing)) - 1) / 2);
 }
 
-/// Part of the error that a lattice leaves which is this part as wide: half the spacing left 0.23
-/// and 0.13 on smoke and clouds (docs/notes/decisions.md). What is computed by it is compared
-/// again.
-double left_at(double part) { return part * part; }
+/// Part of the error of a lattice that one of another spacing leaves: half of it left 0.23 above a
+/// voxel and 0.13 below on smoke and clouds (docs/notes/decisions.md). What is computed by it is
+/// compared again.
+double left_at(double spacing, double known) {
+  const double below = std::min(spacing, 1.0) / std::min(known, 1.0);
+  return std::pow(spacing / known, 2) * std::pow(below, 0.64);
+}
 
 /// A lattice is taken only if its expected error is at most this part of what will do: computing
 /// one in vain costs more than columns closer than needed.
@@ -83,7 +86,7 @@ std::pair<LightError, bool> LightTrials::expected(double spacing) const {
   const auto wider = tried_.lower_bound(spacing);
   const auto& [known, off] = wider == tried_.end() ? *tried_.rbegin() : *wider;
   if (known == spacing) return {off, true};
-  return {off * left_at(spacing / known), false};
+  return {off * left_at(spacing, known), false};
 }
 
 LightChoice LightTrials::best() {
@@ -106,6 +109,8 @@ LightChoice LightTrials::best() {
     least = time;
     left_for_count = left;
   }
+  if (best.method.spacing > 0)  // of what is far finer than all that was tried little is known
+    best.method.spacing = std::max(best.method.spacing, tried_.begin()->first / 2);
   if (!directions_) return best;
   best.count = directions_->tried(best.count, left_for_count);
   best.miss = sum(best.miss, directions_->miss(best.count));

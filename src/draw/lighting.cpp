@@ -162,6 +162,8 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
     settle_lights(view, depths, lights_share * need.rms, part_of(progress, 0, 0.2));
     lights_error = error_;
   }
+  const double begin = beams_.empty() ? 0 : 0.2;
+  if (progress) progress(begin);
   // the sky suits the typical picture and this one, which may show more of the medium
   std::vector<View> views{typical_view(view)};
   if (!same_frame(view.camera, views.front().camera)) views.push_back(view);
@@ -179,7 +181,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   const std::size_t lights = beams_.size();
   add_sky(view, sky.count);
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = sky.method;
-  sum_up(view, depths, lights > 0 ? part_of(progress, 0.2, 0.8) : progress);
+  sum_up(view, depths, part_of(progress, begin + 0.2, 0.8 - begin));
   sky_error_ = sky.miss;
   error_ = sum(lights_error, sky_error_);
 }
