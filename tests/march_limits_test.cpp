@@ -191,12 +191,10 @@ TEST_F(MarchLimits, ManyTexelBuffersAreOneAndTheHostsArray) {
 MediumAtlas deep_atlas(const View& view, std::uint64_t top) {
   MediumAtlas atlas;
   AtlasOptions options = density_options(view);
-  options.texel = view.scene.texel;
   options.top_entries = top;
   atlas.density = build_atlas(*view.medium.density, options);
   if (view.medium.luminance)
-    atlas.luminance =
-        build_atlas(*view.medium.luminance, {.texel = view.scene.texel, .top_entries = top});
+    atlas.luminance = build_atlas(*view.medium.luminance, {.top_entries = top});
   return atlas;
 }
 
