@@ -134,7 +134,7 @@ TEST_F(GlTrouble, ADeviceThatHoldsNothingSaysSo) {
   const auto full = [&](const Scene& scene) {
     return error_of(ExitCode::memory, [&] { Session(scene).draw(*marcher_); });
   };
-  for (const char* part : {"memory is full", "--texel"})
+  for (const char* part : {"memory is full", "--lod 1"})
     EXPECT_TRUE(has(full(blobs_scene()), part));
   // what cannot be drawn in parts says the same
   Scene uniform = blobs_scene();

@@ -115,7 +115,7 @@ cat >study.json <<EOF
  "scene": {"resolution": [16, 16]}}
 EOF
 run 0 "" "$assets/blobs.vdb" --study study.json -o file -q --no-split --texels all --filters all
-[ "$(rows file)" = 7 ] || fail "study file: $(rows file) rows, expected 7"
+[ "$(rows file)" = 5 ] || fail "study file: $(rows file) rows, expected 5"
 echo '{"stpes": [1]}' >bad.json
 run 2 "did you mean steps?" "$assets/blobs.vdb" --study bad.json -o bad
 echo '{"points": [{"value": 0, "attenuation": 1}], "isosurfaces": [{"value": 0.5, "thickness": 1, "attenuation": 1}]}' >shells.json
