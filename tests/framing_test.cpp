@@ -126,8 +126,7 @@ TEST(Framing, StrayVoxelsAndFaintOnesDoNotCount) {
     both.active_box = {glm::min(alone.active_box.min, far),
                        glm::max(alone.active_box.max, far + size)};
     both.leaves.insert(both.leaves.end(), stray.leaves.begin(), stray.leaves.end());
-    both.storage =
-        std::make_shared<std::pair<Storage, Field>>(alone.storage, stray);
+    both.storage = std::make_shared<std::pair<Storage, Field>>(alone.storage, stray);
     camera = camera_of(picture(), both);
     const Extent extent = extent_of(camera);
     // What is left out may add a quarter of the body on either side.
