@@ -47,8 +47,8 @@ case "${1-}" in
     # what programs cost on GPUs (docs/gpu.md): compilers for GPUs that need not be there
     libvulkan-dev glslang-dev glslang-tools spirv-tools mesa-vulkan-drivers
     # the bundle
-  libopengl0 patchelf
-  # one picture by several processes, under both MPIs
+    libopengl0 patchelf
+    # one picture by several processes, under both MPIs
     openmpi-bin libopenmpi-dev mpich libmpich-dev) ;;
   -h | --help)
     printf 'Usage: tools/install-deps.sh [--ci]\nInstalls with apt-get: %s\n' "${packages[*]}"
