@@ -34,8 +34,8 @@ real4 fetch_four(int grid, int i) {
                fetch_texel(grid, i + NEXT_Y + NEXT_Z));
 }
 
-// Whether a grid's value is that of a voxel in its whole cell, of which it is the first corner: the ray
-// runs half a voxel beside the grid, so that a voxel is the middle of its cell.
+// Whether a cell of the grid has one value, that of the voxel at its first corner. The ray then runs
+// half a voxel beside the grid, so that each voxel is the middle of its cell.
 bool by_voxel(int grid) {
   return nearest && (grid == density_grid || grid == gradient_grid || (paired && grid == luminance_grid));
 }

@@ -82,7 +82,7 @@ inline bool sees(const Visibility& visible, const ValueRange& own,
   return own.min <= own.max && visible(own, companions);
 }
 
-/// Ends a message about an atlas that is too large.
+/// The advice that ends a message about an atlas that is too large.
 inline constexpr const char* smaller_atlas = "; --lod 1 takes an eighth of it";
 
 struct AtlasOptions {
@@ -192,7 +192,7 @@ double most_visible_blocks(const Field& field);
 /// into them.
 /// Throws Error(memory) over the limit, before allocating.
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
-/// Its values go as their bricks are stored.
+/// The same, and frees the field's values as their bricks are stored.
 BrickAtlas build_atlas(Field&& field, const AtlasOptions& options = {});
 
 /// Stores a field of the same transform in the bricks of `layout`, which must have own_texels:
@@ -207,10 +207,10 @@ BrickAtlas build_beside(Field&& field, const BrickAtlas& layout, const AtlasOpti
 CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
-/// A scalar atlas with codes of these widths in place of its texels, and of what is beside it.
+/// A scalar atlas with codes of these widths in place of its texels and of those of `beside`.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr);
-/// Stores them where the texels are, if they fit.
+/// The same, which stores the codes in the texels' memory if they fit.
 BrickAtlas coded(BrickAtlas&& atlas, const std::vector<CodeWidth>& widths,
                  const BrickAtlas* beside = nullptr);
 

@@ -35,7 +35,7 @@ struct BrickCodes {
 BrickCodes brick_codes(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
                        const BrickAtlas* beside = nullptr);
 
-/// Bytes of bricks in codes of these widths, with the channels of what is beside them.
+/// Bytes of bricks in codes of these widths, with the channels of the bricks beside them.
 std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, const BrickAtlas* beside = nullptr);
 
 }  // namespace psivox

@@ -123,7 +123,7 @@ void encode(const Record& record, int channel, CodeWidth width, std::uint64_t* w
   if (width == CodeWidth::bits16) pack(std::integral_constant<int, 2>());
 }
 
-/// Of a channel of a brick [words].
+/// Words of one channel of a brick.
 std::size_t words_of(CodeWidth width) { return std::size_t(code_words) << int(width); }
 
 /// Where codes of these widths begin, by slot, and where they end, in units of `code_words`.
@@ -172,7 +172,7 @@ std::uint64_t coded_bytes(const std::vector<CodeWidth>& widths, const BrickAtlas
   return places_of(widths).back() * code_words * channels_of(beside) * sizeof(std::uint64_t);
 }
 
-/// Stores a brick's codes, and of what is beside it.
+/// Stores the codes of a brick and of the brick beside it.
 static void encode(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_t slot,
                    CodeWidth width, std::uint64_t* to) {
   const std::size_t records = channels_of(beside);

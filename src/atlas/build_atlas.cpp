@@ -114,8 +114,8 @@ class Filler {
     result.texels = page_array<float>(texels);
   }
 
-  /// All bricks. If the field's storage is given, its blocks go as soon as no brick behind needs
-  /// them.
+  /// Fills all bricks. Frees each block of the field's storage, if it is given, as soon as no later
+  /// brick needs it.
   void fill(const Field& field, Storage* storage) {
     const std::size_t count = result_.places.size();
     if (!storage) return fill(0, count);

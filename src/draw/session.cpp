@@ -34,7 +34,7 @@ struct Session::Impl {
   bool may_take(const Wish& wish) const {
     return is_for_one && !wish.layers.error && !wish.layers.bound;
   }
-  /// Moves the values of one of the medium's fields out.
+  /// Moves the values out of one of the medium's fields, which keeps all else.
   Field take(std::shared_ptr<const Field> Medium::*grid);
   /// The view that a wish asks for, with the light that is there.
   View viewed(const Wish& wish);
@@ -62,10 +62,10 @@ struct Session::Impl {
   LightError light_error;              ///< of the light that is there
   std::optional<DrawnLight> shone;     ///< its description
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
-  const bool is_for_one;               ///< picture
-  bool takes = false;                  ///< fields' values, as soon as bricks are made of them
-  bool lacks_values = false;           ///< of its fields
-  bool is_fresh = false;               ///< since convert() there was no picture
+  const bool is_for_one;               ///< the session draws one picture
+  bool takes = false;                  ///< fields lose their values as bricks are made of them
+  bool lacks_values = false;           ///< a field has lost its values
+  bool is_fresh = false;               ///< no picture was drawn since convert()
   Box held = everywhere;               ///< bricks of the density that are kept
   NamedHoldout holdout;
   WholeAtlas atlas;

@@ -63,8 +63,8 @@ struct FieldFacts {
   bool stored() const { return field.survey.has_value(); }
 };
 
-/// Copies the values of a field's leaves to shared memory, in blocks of the same number of leaves;
-/// its own go meanwhile. Throws std::bad_alloc.
+/// Copies the values of a field's leaves to shared memory, in blocks of the same number of leaves.
+/// Frees the field's own blocks as they are copied. Throws std::bad_alloc.
 std::vector<guard::Descriptor> shared_values(Field&& field);
 /// Sets the values of all leaves, and storage, without a copy. Throws std::runtime_error if the
 /// blocks do not have what the leaves need.
