@@ -238,6 +238,7 @@ const MediumFields& KeptFields::of(const Scene& scene) {
   if (!fields_ || key != key_) {
     fields_.reset();  // first, for they may be large
     drawn_.reset();
+    labels_.reset();
     fields_ = read_fields(scene, file_, false, parts_);
     drawn_ = std::exchange(fields_->drawn, nullptr);
   }
@@ -254,6 +255,12 @@ MediumFields KeptFields::drawn(const Scene& scene) {
 const Flame& KeptFields::flame(const Scene& scene) {
   if (!flame_) flame_ = find_flame(file_, density_grid(scene, file_));
   return *flame_;
+}
+
+bool KeptFields::are_labels(const Scene& scene) {
+  const Field& density = *of(scene).density;  // first, for it may be another than before
+  if (!labels_) labels_ = is_labels(density);
+  return *labels_;
 }
 
 std::string density_grid(const Scene& scene, const VdbFile& file) {

@@ -86,6 +86,8 @@ class KeptFields {
   MediumFields drawn(const Scene& scene);
   /// What glows beside the scene's density.
   const Flame& flame(const Scene& scene);
+  /// Whether the scene's density holds labels.
+  bool are_labels(const Scene& scene);
 
  private:
   const VdbFile& file_;
@@ -94,6 +96,7 @@ class KeptFields {
   std::shared_ptr<const Field> drawn_;  ///< see MediumFields
   std::string key_;
   std::optional<Flame> flame_;
+  std::optional<bool> labels_;  ///< of the fields
 };
 
 /// A scene while a look chooses what comes from the file's values.

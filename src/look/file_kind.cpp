@@ -112,9 +112,9 @@ constexpr double least_side = 0.05;
 constexpr double rare = 1e-3;
 
 /// Different values of a sample, ascending.
-std::vector<float> values_in(const Field& density) {
+std::vector<float> distinct_values(const std::vector<SampledVoxel>& sample) {
   std::vector<float> values;
-  for (const SampledVoxel& some : sample_voxels(density, sample_size)) values.push_back(some.value);
+  for (const SampledVoxel& some : sample) values.push_back(some.value);
   std::ranges::sort(values);
   const auto rest = std::ranges::unique(values);
   values.erase(rest.begin(), rest.end());
@@ -153,7 +153,7 @@ std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted) 
 }
 
 bool is_scan(const Field& density, bool known_fog) {
-  const std::vector<float> values = values_in(density);
+  const std::vector<float> values = distinct_values(sample_voxels(density, sample_size));
   if (values.size() <= few_values) return false;
   const bool floats = density.value_type == "float" || density.value_type == "double";
   return (are_steps(values) && (floats || !known_fog)) ||
@@ -161,13 +161,27 @@ bool is_scan(const Field& density, bool known_fog) {
 }
 
 bool is_labels(const Field& density) {
-  constexpr std::size_t most_labels = 4096, few = 16, sample = 8192;
+  constexpr std::size_t most_labels = 4096, few = 16;
   constexpr double alike = 0.6, surely = 0.85, steps = 0.5, enough = 1000;
   const std::string& type = density.value_type;
   const bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
   if (type == "points" || density.channels > 1 || density.reader) return false;
-  const std::vector<float> values_found = values_in(density);
-  if (values_found.empty() || (!whole && !are_steps(values_found))) return false;
+  const std::vector<SampledVoxel> sample = sample_voxels(density, sample_size);
+  if (sample.empty() || (!whole && !are_steps(distinct_values(sample)))) return false;
+  FieldCursor values(density);
+  double pairs = 0;
+  std::vector<double> passes;  // from a voxel to the next one, where values differ
+  for (const SampledVoxel& some : sample)
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::ivec3 beside = some.voxel;
+      ++beside[axis];
+      const double value = values.at(beside), step = std::abs(value - double(some.value));
+      if (value == 0 || std::isnan(value)) continue;
+      ++pairs;
+      if (step > 0) passes.push_back(step);
+    }
+  const double same = pairs - double(passes.size());
+  if (same < alike * pairs || (!whole && pairs < enough)) return false;
   const auto counts = label_counts(density, most_labels);
   if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
   // one value that fills the whole box is no body in an outside
@@ -175,22 +189,10 @@ bool is_labels(const Field& density) {
   double least_step = HUGE_VAL;
   for (auto label = counts->begin(); std::next(label) != counts->end(); ++label)
     least_step = std::min(least_step, double(std::next(label)->first) - double(label->first));
-  FieldCursor values(density);
-  double pairs = 0, same = 0, next = 0;
-  for (const SampledVoxel& some : sample_voxels(density, sample))
-    for (int axis = 0; axis < 3; ++axis) {
-      glm::ivec3 beside = some.voxel;
-      ++beside[axis];
-      const double value = values.at(beside), step = std::abs(value - double(some.value));
-      if (value == 0 || std::isnan(value)) continue;
-      ++pairs;
-      same += step == 0;
-      next += step > 0 && step < 1.5 * least_step;
-    }
-  if (!whole && pairs < enough) return false;
   // neighbours in a scan of few values are one step apart
-  const bool passes = counts->size() > 8 && same < surely * pairs && next > steps * (pairs - same);
-  return pairs == 0 || (same >= alike * pairs && !passes);
+  const auto next =
+      double(std::ranges::count_if(passes, [&](double step) { return step < 1.5 * least_step; }));
+  return counts->size() <= 8 || same >= surely * pairs || next <= steps * double(passes.size());
 }
 
 namespace {

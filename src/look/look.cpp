@@ -143,7 +143,7 @@ std::string look_of_scan(const Scene& scene, KeptFields& fields) {
   Scene mapped = scene;  // its values may be below 0
   if (!mapped.has_function()) mapped.colormap = Colormap::inferno;
   const Field& density = *fields.of(mapped).density;
-  if (!scene.colormap && is_labels(density)) return "labels";
+  if (!scene.colormap && fields.are_labels(mapped)) return "labels";
   return is_signed(density) && outside_value(density) == 0.0 ? "signed" : "scan";
 }
 
@@ -152,7 +152,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const VdbFile& file = fields.file();
   if (const std::string look = info(scene.mode).look; !look.empty() && look != "auto") {
     if (!scene.shows(Shows::value)) return look;
-    return is_labels(*fields.of(scene).density) ? "labels" : look;
+    return fields.are_labels(scene) ? "labels" : look;
   }
   if (!scene.isovalue.empty()) return "surface";
   const std::string grid = density_grid(scene, file);
@@ -164,7 +164,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   if (grid_class == "scan") return look_of_scan(scene, fields);
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
-  if (!scene.colormap && is_labels(density)) return "labels";
+  if (!scene.colormap && fields.are_labels(scene)) return "labels";
   if (is_signed(density)) return "signed";
   if (scene.colormap || !scene.value_scale.is_linear()) return "scan";
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
@@ -188,8 +188,7 @@ bool stays_in_file(const Scene& scene, KeptFields& fields) {
 /// and 200 lies no 7.
 void keep_labels(const Scene& asked, KeptFields& fields, Scene& scene) {
   if (is_given(asked, "classification") || !scene.has_function()) return;
-  const Field& density = *fields.of(scene).density;
-  if (!density.reader && is_labels(density)) scene.classification = Classification::nearest;
+  if (fields.are_labels(asked)) scene.classification = Classification::nearest;
 }
 
 /// Why the light of a scene takes too much memory; empty: it does not.
