@@ -5,57 +5,14 @@
 #include <glm/common.hpp>
 #include <utility>
 
+#include "march/shader_math.h"
+
 namespace psivox {
-namespace {
-
-/// Gauss and Legendre's five points on [0, 1]: for depths up to 1 the relative error of the
-/// weights is below 1e-10 (that of e^{-x} by this rule is x^10/10!/2.7e5).
-constexpr double nodes[] = {0.046910077030668, 0.2307653449471584, 0.5, 0.7692346550528416,
-                            0.953089922969332};
-constexpr double node_weights[] = {0.1184634425280946, 0.2393143352496832, 0.2844444444444444,
-                                   0.2393143352496832, 0.1184634425280946};
-
-/// The back's share for a depth of 1 at most: int u g' e^{-g} du over int g' e^{-g} du. Both sums
-/// have no negative terms.
-double thin_share(double x_front, double x_back) {
-  double back = 0, sum = 0;
-  for (int i = 0; i < 5; ++i) {
-    const double u = nodes[i];
-    const double x = x_front + (x_back - x_front) * u;
-    const double depth = 0.5 * u * (x_front + x);
-    const double w = node_weights[i] * x * std::exp(-depth);
-    back += w * u;
-    sum += w;
-  }
-  return sum > 0 ? back / sum : 0.5;
-}
-
-}  // namespace
-
 SegmentView view_segment(double x_front, double x_back) {
-  const double depth = 0.5 * (x_front + x_back);
-  SegmentView view{-std::expm1(-depth), 0.5};
-  if (depth <= 1) {
-    view.back = thin_share(x_front, x_back);
-    return view;
-  }
-  // parts of depth 1 from the front on, until nothing is seen
-  const double slope = x_back - x_front;
-  double u = 0, through = 1, back = 0, sum = 0;
-  while (u < 1 && through > 1e-17) {
-    const double x = x_front + slope * u;
-    const double square = x * x + 2 * slope;
-    double du = 1 - u;
-    if (square >= 0) du = std::min(du, 2 / (x + std::sqrt(square)));
-    const double x_end = x_front + slope * (u + du);
-    const double w = through * -std::expm1(-0.5 * (x + x_end) * du);
-    back += w * (u + du * thin_share(x * du, x_end * du));
-    sum += w;
-    through -= w;
-    u = du < 1 - u ? u + du : 1;
-  }
-  view.back = back / sum;
-  return view;
+  glsl::Math math;
+  const glsl::Math::Decay through = math.decay(0.5 * (x_front + x_back));
+  if (!(through.a > 0)) return {};
+  return {through.a, math.linear_psi(x_front, x_back, through.e).back / through.a};
 }
 
 TransferLattice::TransferLattice(const TransferFunction& function, double first, double last,
