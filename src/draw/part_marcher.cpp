@@ -202,6 +202,13 @@ RenderResult PartMarcher::render(const View& view, const RenderOptions& options)
     add_up(team_, stats);
   }
   stats.rays = std::uint64_t(size.x) * std::uint64_t(size.y) * std::uint64_t(samples);
+  if (options.pilot) {
+    RenderOptions few = options;
+    few.pilot.reset();
+    few.tile = {};
+    few.progress = {};
+    result.pilot = render(*options.pilot, few).image;
+  }
   return result;
 }
 
@@ -215,6 +222,7 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
   const double greatest = greatest_of(view);
   const auto regions = split_.own.front_to_back(view.camera, view.medium.density->world_from_index);
   RenderOptions part = options;
+  part.pilot.reset();
   part.transmittance = false;  // it is in the picture
   part.tile = {};
   double done = 0;

@@ -98,17 +98,17 @@ RenderOptions Picture::options() const {
   return options;
 }
 
-RenderOptions Picture::pilot_options() const {
-  RenderOptions small = options();
-  small.tile = {};
-  small.progress = {};
-  return small;
+bool Picture::confirms() const {
+  return plan_ && plan_->rays > 0 && wish_.confirm && marcher_.marcher().rounds();
 }
 
 void Picture::march() {
-  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, options())
-                                                        : marcher_.render(marched(), options());
+  RenderOptions wanted = options();
+  if (confirms()) wanted.pilot = pilot_view(marched());
+  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, wanted)
+                                                        : marcher_.render(marched(), wanted);
   drawn_.image = std::move(result.image);
+  pilot_ = std::move(result.pilot);
   drawn_.stats = std::move(result.stats);
   const bool tabled = marcher_.marcher().marches() && !wish_.may_update_tables;
   if (std::string off = tabled ? table_notice(marched()) : ""; !off.empty())
@@ -122,10 +122,9 @@ void Picture::march() {
 void Picture::confirm_plan() {
   if (!plan_) return;
   const std::optional<double>& tolerance = view_.scene.tolerance;
-  if (wish_.confirm && marcher_.marcher().rounds() && plan_->rays > 0) {
+  if (confirms()) {
     const bool one_ray = view_.scene.pixel_samples == 1 && drawn_.image.pixels() > 0;
-    confirm(*plan_, marcher_.render(pilot_view(marched()), pilot_options()).image,
-            one_ray ? &drawn_.image : nullptr);
+    confirm(*plan_, pilot_, one_ray ? &drawn_.image : nullptr);
   }
   const double rms = plan_->chosen.rms;
   if (!tolerance) return;

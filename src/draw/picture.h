@@ -34,14 +34,14 @@ class Picture {
  private:
   const View& marched() const { return plan_ ? plan_->march->view : view_; }
   RenderOptions options() const;
-  /// Options for a small picture drawn with the same program.
-  RenderOptions pilot_options() const;
+  bool confirms() const;
 
   PartMarcher& marcher_;
   const View& view_;
   const Wish& wish_;
   std::optional<MarchPlan> plan_;
   double expected_rms_ = 0;  ///< the plan's estimate before it is confirmed
+  Image pilot_;              ///< the plan's rays, as the marcher draws them
   Drawn drawn_;
 };
 

@@ -189,7 +189,6 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options) 
   Impl& impl = *impl_;
   const gl::GridTextures& textures =
       impl.uploaded(view.scene.filter, "render needs an upload for the same filter");
-  MarchSetup setup = make_march_setup(view, textures.atlas(), options);
   RenderResult result;
   RenderStats& stats = result.stats;
   stats.renderer = description();
@@ -198,19 +197,27 @@ RenderResult GlRenderer::render(const View& view, const RenderOptions& options) 
   stats.stuck = std::exchange(impl.stuck, 0);
 
   const Stopwatch building;
-  const int turns = setup.parameters.max_turns;
-  const gl::MarchProgram& march = impl.program(textures.key(setup));
-  const int passes = 1 + (turns - 1) / setup.parameters.max_turns;
-  march.configure(setup);
-  const gl::Tables tables(setup.tables);
-  setup.tables = {};  // the device has them
-  tables.bind(gl::MarchProgram::tables_unit);
-  textures.bind(march);
-  gl::PicturePass pass(impl.context, march, view, textures.atlas().density.domain, options, passes);
+  const auto pass_of = [&](const View& drawn, const RenderOptions& how) {
+    MarchSetup setup = make_march_setup(drawn, textures.atlas(), how);
+    const int turns = setup.parameters.max_turns;
+    const gl::MarchProgram& march = impl.program(textures.key(setup));
+    const int passes = 1 + (turns - 1) / setup.parameters.max_turns;
+    return std::make_unique<gl::PicturePass>(impl.context, textures, march, std::move(setup), drawn,
+                                             how, passes);
+  };
+  RenderOptions of_pilot = options;
+  of_pilot.tile = {};
+  of_pilot.progress = {};
+  std::unique_ptr<gl::PicturePass> pilot;
+  if (options.pilot) pilot = pass_of(*options.pilot, of_pilot);
+  const auto picture = pass_of(view, options);
   stats.shader_ms = building.ms();
 
   const Stopwatch marching;
-  result.image = pass.draw(stats);
+  if (pilot) pilot->begin();
+  result.image = picture->draw(stats);
+  RenderStats ignored;
+  if (pilot) result.pilot = pilot->draw(ignored);
   stats.march_ms = marching.ms();
   stats.cpu_ms = marching.cpu_ms();
   return result;

@@ -144,64 +144,50 @@ void Readback::add_picture(const Exposure& tile) {
   }
 }
 
-/// Sum of the times that the GPU takes for stretches of commands, by GL_TIME_ELAPSED.
-class Timer {
- public:
-  /// llvmpipe stores commands, the timer's among them, and runs them tile by tile: the timer's must
-  /// not be stored together with the draws.
-  explicit Timer(const std::string& renderer) : waits_(is_software(renderer)) {
-    GLint bits = 0;
-    glGetQueryiv(GL_TIME_ELAPSED, GL_QUERY_COUNTER_BITS, &bits);
-    works_ = bits > 0;
-  }
-  ~Timer() {
-    if (running_) glEndQuery(GL_TIME_ELAPSED);
-    glDeleteQueries(static_cast<GLsizei>(queries_.size()), queries_.data());
-  }
-  Timer(const Timer&) = delete;
-  Timer& operator=(const Timer&) = delete;
+Timer::Timer(const std::string& renderer) : waits_(is_software(renderer)) {
+  GLint bits = 0;
+  glGetQueryiv(GL_TIME_ELAPSED, GL_QUERY_COUNTER_BITS, &bits);
+  works_ = bits > 0;
+}
 
-  void begin() {
-    if (!works_) return;
-    glCreateQueries(GL_TIME_ELAPSED, 1, &queries_.emplace_back());
-    glBeginQuery(GL_TIME_ELAPSED, queries_.back());
-    running_ = true;
-    if (waits_) glFinish();
-  }
-  /// What is measured has been handed to the driver, which begins with it now.
-  void submitted() {
-    glFlush();
-    if (!waits_) end();
-  }
-  /// It is waited for next.
-  void awaited() {
-    if (!waits_) return;
-    glFinish();
-    end();
-  }
+Timer::~Timer() {
+  end();
+  glDeleteQueries(static_cast<GLsizei>(queries_.size()), queries_.data());
+}
 
-  /// Waits for the commands; 0 where the driver has no such timer.
-  double sum_ms() const {
-    double sum = 0;
-    for (const GLuint query : queries_) {
-      GLuint64 nanoseconds = 0;
-      glGetQueryObjectui64v(query, GL_QUERY_RESULT, &nanoseconds);
-      sum += 1e-6 * static_cast<double>(nanoseconds);
-    }
-    return sum;
-  }
+void Timer::begin() {
+  if (!works_) return;
+  glCreateQueries(GL_TIME_ELAPSED, 1, &queries_.emplace_back());
+  glBeginQuery(GL_TIME_ELAPSED, queries_.back());
+  running_ = true;
+  if (waits_) glFinish();
+}
 
- private:
-  void end() {
-    if (running_) glEndQuery(GL_TIME_ELAPSED);
-    running_ = false;
-  }
+void Timer::submitted() {
+  glFlush();
+  if (!waits_) end();
+}
 
-  bool waits_;
-  bool works_ = false;
-  bool running_ = false;
-  std::vector<GLuint> queries_;
-};
+void Timer::awaited() {
+  if (!waits_) return;
+  glFinish();
+  end();
+}
+
+double Timer::sum_ms() const {
+  double sum = 0;
+  for (const GLuint query : queries_) {
+    GLuint64 nanoseconds = 0;
+    glGetQueryObjectui64v(query, GL_QUERY_RESULT, &nanoseconds);
+    sum += 1e-6 * static_cast<double>(nanoseconds);
+  }
+  return sum;
+}
+
+void Timer::end() {
+  if (running_) glEndQuery(GL_TIME_ELAPSED);
+  running_ = false;
+}
 
 namespace {
 
@@ -251,23 +237,32 @@ int next_side(int side, const PixelBox& tile, double tile_ms, double wanted_ms) 
 
 }  // namespace
 
-PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, const View& view,
-                         const Box& domain, const RenderOptions& options, int passes)
+PicturePass::PicturePass(const EglContext& context, const GridTextures& textures,
+                         const MarchProgram& march, MarchSetup setup, const View& view,
+                         const RenderOptions& options, int passes)
     : context_(context),
+      textures_(textures),
       march_(march),
+      setup_(std::move(setup)),
+      tables_(setup_.tables),
       view_(view),
       options_(options),
       picture_(options.pixels.value_or(PixelBox{{}, view.scene.resolution})),
-      drawn_(common(picture_, pixels_of(view, glm::dvec3(domain.min), glm::dvec3(domain.max)))),
+      drawn_(common(picture_, pixels_of(view, glm::dvec3(textures.atlas().density.domain.min),
+                                        glm::dvec3(textures.atlas().density.domain.max)))),
       missed_(grow(drawn_, picture_)),
-      beside_(around(drawn_, picture_)) {
+      beside_(around(drawn_, picture_)),
+      largest_(largest_side(drawn_, march.key().resumable, march.program().group().x > 0)),
+      timer_(context.renderer()),
+      order_(drawn_, picture_.origin + picture_.size / 2, largest_) {
+  setup_.tables = {};  // the device has them
   const bool computes = march.program().group().x > 0;
-  largest_ = largest_side(drawn_, march.key().resumable, computes);
   const double cost = options.ray_cost * double(drawn_.size.x) * double(drawn_.size.y);
   const bool at_once = computes && passes == 1 && cost > 0 && cost <= most_at_once;
   make_target(at_once ? largest_ : std::min(first_side(passes, options.tile_ms), largest_));
   if (!is_software(context.renderer())) return;
   // Such a driver compiles at the first draw: one pixel, so that the march's time is the march's.
+  bind();
   target_->bind(0);
   march.program().set("first_pass", 1);
   march.program().set("tile_origin", missed_.value_or(drawn_.origin));
@@ -276,61 +271,74 @@ PicturePass::PicturePass(const EglContext& context, const MarchProgram& march, c
   context.check("compiling the march's shader");
 }
 
+void PicturePass::bind() const {
+  march_.configure(setup_);
+  tables_.bind(MarchProgram::tables_unit);
+  textures_.bind(march_);
+}
+
 void PicturePass::make_target(int side) {
   const bool layers = options_.count || options_.depth || options_.transmittance;
   target_ = std::make_unique<TileTarget>(side, march_.key().resumable, layers);
 }
 
+void PicturePass::begin() {
+  if (order_.empty()) return;
+  bind();
+  first_ = order_.take(target_->side());
+  passes_ = draw_passes(first_, 0, [] {});
+  timer_.awaited();
+}
+
 Image PicturePass::draw(RenderStats& stats) {
-  Timer timer(context_.renderer());
+  bind();
   Film film(view_, options_);
   Readback readback(film, view_, options_, double(drawn_.size.x) * drawn_.size.y);
-  const glm::ivec2 centre = picture_.origin + picture_.size / 2;
   int side = target_->side();
-  for (TileOrder order(drawn_, centre, largest_); !order.empty();) {
+  while (passes_ > 0 || !order_.empty()) {
     if (side > target_->side()) make_target(side);
-    const PixelBox tile = order.take(side);
+    const PixelBox tile = passes_ > 0 ? first_ : order_.take(side);
     const Stopwatch drawing;
-    draw_tile(tile, readback, timer, stats);
+    draw_tile(tile, readback, stats);
     side = std::min(next_side(side, tile, drawing.ms(), options_.tile_ms), largest_);
   }
   readback.develop();
   for (const PixelBox& pixels : beside_)
     readback.add_missed({pixels.origin - picture_.origin, pixels.size}, *missed_ - picture_.origin);
-  stats.gpu_ms = timer.sum_ms();
+  stats.gpu_ms += timer_.sum_ms();
   stats.stuck += readback.stuck();
   return film.finish(stats);
 }
 
-void PicturePass::draw_tile(const PixelBox& tile, Readback& readback, Timer& timer,
-                            RenderStats& stats) {
-  const int samples = view_.scene.pixel_samples;
+void PicturePass::draw_tile(const PixelBox& tile, Readback& readback, RenderStats& stats) {
   const glm::ivec2 at = tile.origin - picture_.origin;
   Exposure exposure{at.x, at.y, tile.size.x, tile.size.y};
-  march_.program().set("tile_origin", tile.origin);
-  for (; exposure.sample < samples; ++exposure.sample) {
-    march_.program().set("given.sample_offset",
-                         options_.place.value_or(pixel_sample(exposure.sample, samples)));
-    const int passes = draw_passes(exposure, readback, timer);
+  for (; exposure.sample < view_.scene.pixel_samples; ++exposure.sample) {
+    int passes = std::exchange(passes_, 0);
+    if (passes == 0) passes = draw_passes(tile, exposure.sample, [&] { readback.report(); });
     stats.passes = std::max(stats.passes, passes);
     readback.develop();  // the tile before, while this one is drawn
-    timer.awaited();
+    timer_.awaited();
     target_->bind((passes - 1) & 1);
     readback.read(*target_, exposure);
     context_.check("marching");
   }
 }
 
-int PicturePass::draw_passes(const Exposure& tile, const Readback& readback, Timer& timer) {
+int PicturePass::draw_passes(const PixelBox& tile, int sample,
+                             const std::function<void()>& report) {
+  const glm::dvec2 place = pixel_sample(sample, view_.scene.pixel_samples);
+  march_.program().set("tile_origin", tile.origin);
+  march_.program().set("given.sample_offset", options_.place.value_or(place));
   bool again = false;
-  return target_->draw_passes(march_, tile.width, tile.height, [&] {
+  return target_->draw_passes(march_, tile.size.x, tile.size.y, [&] {
     if (std::exchange(again, true)) {
-      timer.awaited();
-      readback.report();
+      timer_.awaited();
+      report();
     }
-    timer.begin();
-    pixels_.run(march_.program(), tile.width, tile.height);
-    timer.submitted();
+    timer_.begin();
+    pixels_.run(march_.program(), tile.size.x, tile.size.y);
+    timer_.submitted();
   });
 }
 

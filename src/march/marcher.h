@@ -31,10 +31,14 @@ struct RenderOptions {
   std::vector<float> passed{};
   /// Part of the picture to draw, alone in the result's image; unset: all of it.
   std::optional<PixelBox> pixels{};
+  /// A view by the same march with a few rays, drawn too: a GPU gets both before either is waited
+  /// for. For marchers that round.
+  std::optional<View> pilot{};
 };
 
 struct RenderResult {
   Image image;
+  Image pilot;  ///< of RenderOptions::pilot
   RenderStats stats;
 };
 

@@ -100,7 +100,8 @@ static void each_pixel(const View& view, double tolerance, const Progress& progr
 RenderResult render_reference(const View& view, double tolerance, const Progress& progress) {
   const Stopwatch watch;
   const int width = view.scene.resolution.x, height = view.scene.resolution.y;
-  RenderResult result{rgba_image(width, height), {}};
+  RenderResult result;
+  result.image = rgba_image(width, height);
   const std::size_t pixels = result.image.pixels();
   result.image.layers.push_back({"error", {"error"}, std::vector<float>(pixels)});
   if (has_depth(view.scene))

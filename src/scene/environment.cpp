@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/ext/scalar_constants.hpp>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <queue>
 
 namespace psivox {
