@@ -1,4 +1,4 @@
-// Shows that printed formulas fail in float32 and that ours do not: docs/stability.md. The other
+// Shows that printed formulas fail in float32 and that ours do not: docs/precision.md. The other
 // hard cases have named tests in their own files.
 
 #include <gtest/gtest.h>

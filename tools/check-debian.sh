@@ -2,7 +2,7 @@
 # Tries psivox on another Debian: tools/check-debian.sh SUITE [--build-only]
 # Makes a clean root of SUITE (trixie, forky, ...) with debootstrap, runs both of the README's
 # commands there on the last commit, compares the default pictures of three files with those of this
-# machine's build/release/bin/psivox, and prints rows for docs/drivers.md. --build-only leaves the
+# machine's build/release/bin/psivox, and prints rows for docs/gpu.md. --build-only leaves the
 # tests out. Needs root and debootstrap. PSIVOX_ROOTS names the folder of roots (default:
 # /var/tmp/psivox-roots); a root is used again if it is there, so that a second run is short.
 set -euo pipefail

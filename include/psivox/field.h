@@ -85,6 +85,7 @@ struct BadValues {
   std::uint64_t clamped = 0;  ///< of a magnitude above greatest_magnitude
   float largest = 1.0f;       ///< what +Inf became
   float least = 0.0f;         ///< of the negative values
+  float least_fill = std::numeric_limits<float>::infinity();  ///< least of the fill values
   Fill fill{};
   bool absent = false;  ///< NaN, -Inf and fill values became absent; else 0
 

@@ -70,7 +70,7 @@ struct LookedScene {
 /// for values on both sides of 0, `scan` with a colour map, `fire` where something glows beside
 /// the density, `scan` for digitised values and those that do not fade to 0, else `smoke`. A volume
 /// stays `plain` whose light takes too much memory (light_obstacle) or whose values stay in the
-/// file. Several processes that share a volume choose by an overview of it (docs/scaling.md).
+/// file. Several processes that share a volume choose by an overview of it (docs/performance.md).
 /// What is chosen depends on the values alone, not on how a tree stores them. `background`: whether
 /// the look may set one. Throws Error(input), Error(usage), Error(memory).
 LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",
