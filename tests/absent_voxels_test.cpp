@@ -4,9 +4,11 @@
 
 #include <cmath>
 #include <cstdlib>
+#include <functional>
 #include <limits>
 #include <random>
 
+#include "base/text.h"
 #include "field/value_range.h"
 #include "march_cases.h"
 #include "medium/density_function.h"
@@ -242,6 +244,51 @@ TEST(Labels, AreNearestUnderAFunction) {
   EXPECT_EQ(classification({}), Classification::nearest);
   EXPECT_EQ(classification({{"mode", "slice"}}), Classification::nearest);
   EXPECT_EQ(classification({{"classification", "post"}}), Classification::post);
+}
+
+/// What surrounds an object is transparent at any value: the same everywhere or noisy, in many
+/// voxels or few; and it makes no labels of smooth values, but few whole numbers are.
+TEST(Labels, AreToldFromObjectsInBrightSurroundings) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> noise;
+  const auto ball = [](const glm::dvec3& p) { return std::exp(-6 * glm::dot(p, p)); };
+  const auto look_of = [](const std::shared_ptr<const VdbFile>& file) {
+    Scene scene;
+    scene.resolution = {48, 48};
+    return with_look(scene, *file, "auto").scene;
+  };
+  const auto corner_and_middle = [&](const Scene& scene, const VdbFile& file) {
+    const Image image = Session(make_view(scene, file)).draw(*Gpu::renderer()).image;
+    return glm::dvec2(image.rgba()[4 * (24 * 48 + 8) + 3], image.rgba()[4 * (24 * 48 + 24) + 3]);
+  };
+  const std::function<float(const glm::dvec3&)> objects[] = {
+      [&](const glm::dvec3& p) { return float(255 - std::floor(200 * ball(p))); },
+      [&](const glm::dvec3& p) { return float(65000 - 60000 * ball(p) + 200 * noise(random)); },
+      [&](const glm::dvec3& p) { return float(std::min(glm::length(p), 0.8) - 0.5); },
+      [&](const glm::dvec3& p) { return float(std::exp(-3 * ball(p))); }};
+  for (const auto& object : objects) {
+    const auto file = array_of(object);
+    Scene scene = look_of(file);
+    EXPECT_NE(scene.colormap, Colormap::labels);
+    scene.background.reset();
+    const glm::dvec2 alpha = corner_and_middle(scene, *file);
+    EXPECT_LT(alpha.x, 0.5) << &object - objects;
+    EXPECT_GT(alpha.y, alpha.x + 0.2) << &object - objects;
+  }
+  EXPECT_EQ(look_of(array_of(organ)).colormap, Colormap::labels);
+  const auto equal = array_of([](const glm::dvec3&) { return 5.0F; });  // nothing else is there
+  EXPECT_GT(corner_and_middle(look_of(equal), *equal).y, 0.5);
+}
+
+TEST_F(AbsentVoxels, AFillValueIsNamedAsItIs) {
+  for (const float fill : {1e20F, -1e20F, 9.96921e36F, -9999.0F}) {
+    const auto file = array_of([&](const glm::dvec3& p) {
+      return glm::length(p) < 0.8 ? float(3 + std::sin(9 * p.x)) : fill;
+    });
+    const MediumFields fields = read_fields(scene_by({{"colormap", "viridis"}}), *file);
+    const std::string notice = fields.density->replaced.describe();
+    EXPECT_NE(notice.find(formatted(" of %g values", double(fill))), notice.npos) << notice;
+  }
 }
 
 }  // namespace

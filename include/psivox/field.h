@@ -207,10 +207,10 @@ struct Field {
   int channels = 1;         ///< 1 or 3
   bool of_vectors = false;  ///< a component of a vector grid, or its length
   Box active_box;           ///< of active voxels and tiles
-  int margin = 1;           ///< voxels from it to the domain's end: 1, or 0 of an array below 0
+  int margin = 1;           ///< voxels from it to the domain's end: 1, or 0 of an array_box
   /// Some voxels are absent: their value is NaN. A cell with an absent corner is vacuum.
   bool absent = false;
-  std::optional<Box> array_box;  ///< of a DenseField with scalars below 0
+  std::optional<Box> array_box;  ///< of a DenseField beside which the values are unknown
   glm::dmat4 world_from_index{1.0};
   std::uint64_t active_voxels = 0;
   std::optional<glm::vec2> active_range;  ///< of active values, first channel; unset: not known
@@ -240,9 +240,9 @@ struct LeafValues;
 
 /// Makes a field of a dense array, which it copies a slab at a time or reads in place. Voxel
 /// (0, 0, 0) is the array's first. Blocks of 8^3 voxels that are 0 take no memory, those of another
-/// single value are tiles. Where scalars are below 0, as air in Hounsfield units, what lies beside
-/// the array is not 0 but unknown: read as data by a VdbFile, its domain is the whole array, and no
-/// more.
+/// single value are tiles. Where scalars are below 0, as air in Hounsfield units, or most of the
+/// outermost ones are not 0, what lies beside the array is not 0 but unknown: read as data by a
+/// VdbFile, its domain is the whole array, and no more.
 class DenseField {
  public:
   /// `channels`: 1 or 3. Throws Error(input) if the shape or the transform is refused.
@@ -280,7 +280,8 @@ class DenseField {
   glm::ivec3 shape_;
   int axis_ = 0;  ///< of the slabs
   int next_plane_ = 0;
-  bool below_0_ = false;  ///< a value so far
+  bool below_0_ = false;        ///< a value so far
+  std::uint64_t on_faces_ = 0;  ///< active voxels so far on the array's faces
   Field field_;
   std::vector<std::shared_ptr<const void>> storage_;
 };

@@ -30,8 +30,9 @@ struct DenseField::Block {
   std::uint64_t active = 0;  ///< voxels with data other than 0
   bool empty = true;         ///< all are 0
   bool constant = true;      ///< of one value, and complete
-  bool below_0 = false;      ///< a value of the first channel
-  glm::vec3 value{0};        ///< of the first voxel
+  bool below_0 = false;
+  int on_faces = 0;  ///< active voxels on the array's faces      ///< a value of the first channel
+  glm::vec3 value{0};  ///< of the first voxel
   glm::ivec3 min{no_voxel}, max{-1};
 };
 
@@ -77,6 +78,9 @@ DenseField::Block DenseField::summarise(const LeafValues& values, const glm::ive
     if (!active) return;
     ++block.active;
     block.below_0 |= *value < 0;
+    const glm::ivec3 place = origin + at;
+    block.on_faces +=
+        glm::any(glm::equal(place, glm::ivec3(0))) || glm::any(glm::equal(place, shape_ - 1));
     block.min = glm::min(block.min, origin + at);
     block.max = glm::max(block.max, origin + at);
   });
@@ -116,6 +120,7 @@ void DenseField::add(const ArrayValues& slab, int axis, bool in_place) {
     if (block.empty) continue;
     field_.active_voxels += block.active;
     below_0_ |= block.below_0;
+    on_faces_ += block.on_faces;
     field_.active_box.min = glm::min(field_.active_box.min, block.min);
     field_.active_box.max = glm::max(field_.active_box.max, block.max);
     if (block.constant)
@@ -172,9 +177,12 @@ Field DenseField::finish() {
   std::sort(field_.leaves.begin(), field_.leaves.end(), in_order);
   std::sort(field_.tiles.begin(), field_.tiles.end(), in_order);
   if (field_.active_voxels == 0) field_.active_box = {};
+  const Box array{glm::ivec3(0), shape_ - 1};
+  const double faces = double(count_of(array)) - double(count_of({array.min + 1, array.max - 1}));
   // an array of one plane has no inside
-  if (below_0_ && field_.channels == 1 && glm::all(glm::greaterThan(shape_, glm::ivec3(1))))
-    field_.array_box = Box{glm::ivec3(0), shape_ - 1};
+  if ((below_0_ || 2 * double(on_faces_) > faces) && field_.channels == 1 &&
+      glm::all(glm::greaterThan(shape_, glm::ivec3(1))))
+    field_.array_box = array;
   field_.storage = std::make_shared<std::vector<std::shared_ptr<const void>>>(std::move(storage_));
   return std::move(field_);
 }

@@ -160,41 +160,6 @@ bool is_scan(const Field& density, bool known_fog) {
          (!known_fog && values.front() > faded * values.back());
 }
 
-bool is_labels(const Field& density) {
-  constexpr std::size_t most_labels = 4096, few = 16;
-  constexpr double alike = 0.6, surely = 0.85, steps = 0.5, enough = 1000;
-  const std::string& type = density.value_type;
-  const bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
-  if (type == "points" || density.channels > 1 || density.reader) return false;
-  const std::vector<SampledVoxel> sample = sample_voxels(density, sample_size);
-  if (sample.empty() || (!whole && !are_steps(distinct_values(sample)))) return false;
-  FieldCursor values(density);
-  double pairs = 0;
-  std::vector<double> passes;  // from a voxel to the next one, where values differ
-  for (const SampledVoxel& some : sample)
-    for (int axis = 0; axis < 3; ++axis) {
-      glm::ivec3 beside = some.voxel;
-      ++beside[axis];
-      const double value = values.at(beside), step = std::abs(value - double(some.value));
-      if (value == 0 || std::isnan(value)) continue;
-      ++pairs;
-      if (step > 0) passes.push_back(step);
-    }
-  const double same = pairs - double(passes.size());
-  if (same < alike * pairs || (!whole && pairs < enough)) return false;
-  const auto counts = label_counts(density, most_labels);
-  if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
-  // one value that fills the whole box is no body in an outside
-  if (counts->size() == 1 && density.active_voxels >= count_of(density.active_box)) return false;
-  double least_step = HUGE_VAL;
-  for (auto label = counts->begin(); std::next(label) != counts->end(); ++label)
-    least_step = std::min(least_step, double(std::next(label)->first) - double(label->first));
-  // neighbours in a scan of few values are one step apart
-  const auto next =
-      double(std::ranges::count_if(passes, [&](double step) { return step < 1.5 * least_step; }));
-  return counts->size() <= 8 || same >= surely * pairs || next <= steps * double(passes.size());
-}
-
 namespace {
 
 /// Values of voxels spread over the faces of the active box, ascending.
@@ -217,22 +182,80 @@ std::vector<double> border_values(const Field& density) {
   return found;
 }
 
+/// The middle of some ascending values if half of them are equal.
+std::optional<double> most_common(const std::vector<double>& sorted) {
+  if (sorted.empty()) return {};
+  const double middle = sorted[sorted.size() / 2];
+  const auto [first, last] = std::ranges::equal_range(sorted, middle);
+  if (2 * (last - first) < std::ptrdiff_t(sorted.size())) return {};
+  return middle;
+}
+
 }  // namespace
 
+bool is_labels(const Field& density) {
+  constexpr std::size_t most_labels = 4096, few = 16;
+  constexpr double alike = 0.6, surely = 0.85, steps = 0.5, enough = 1000;
+  const std::string& type = density.value_type;
+  bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
+  if (type == "points" || density.channels > 1 || density.reader) return false;
+  const std::vector<SampledVoxel> sample = sample_voxels(density, sample_size);
+  const std::vector<float> found = distinct_values(sample);
+  if (sample.empty() || (!whole && !are_steps(found))) return false;
+  // of one value alone it may be a solid
+  whole = whole || (found.size() > 1 && std::ranges::all_of(found, [](float value) {
+                      return value == std::floor(value);
+                    }));
+  const double outside = most_common(border_values(density)).value_or(0);
+  FieldCursor values(density);
+  double pairs = 0;
+  std::vector<double> passes;  // from a voxel to the next one, where values differ
+  for (const SampledVoxel& some : sample)
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::ivec3 beside = some.voxel;
+      ++beside[axis];
+      const double value = values.at(beside), step = std::abs(value - double(some.value));
+      if (value == 0 || std::isnan(value)) continue;
+      if (value == outside && step == 0) continue;  // as everywhere around the object
+      ++pairs;
+      if (step > 0) passes.push_back(step);
+    }
+  const double same = pairs - double(passes.size());
+  if (same < alike * pairs || (!whole && pairs < enough)) return false;
+  const auto counts = label_counts(density, most_labels);
+  if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
+  // one value that fills the whole box is no body in an outside
+  if (counts->size() == 1 && density.active_voxels >= count_of(density.active_box)) return false;
+  double least_step = HUGE_VAL;
+  for (auto label = counts->begin(); std::next(label) != counts->end(); ++label)
+    least_step = std::min(least_step, double(std::next(label)->first) - double(label->first));
+  // neighbours in a scan of few values are one step apart
+  const auto next =
+      double(std::ranges::count_if(passes, [&](double step) { return step < 1.5 * least_step; }));
+  return counts->size() <= 8 || same >= surely * pairs || next <= steps * double(passes.size());
+}
+
 std::optional<double> outside_value(const Field& density) {
+  constexpr double narrow = 0.1;
   if (density.active_box.empty() || density.reader || density.channels > 1) return {};
   const std::vector<double> border = border_values(density);
-  if (border.empty()) return {};
-  const double middle = border[border.size() / 2];
-  const auto [first, last] = std::ranges::equal_range(border, middle);
-  if (2 * (last - first) >= std::ptrdiff_t(border.size())) return middle;
-  std::vector<double> inside;
+  const glm::dvec2 range = active_range(density);
+  if (border.empty() || !(range.x < range.y)) return {};
+  if (const auto common = most_common(border)) return common;
+  const double low = border[border.size() / 10], middle = border[border.size() / 2],
+               high = border[border.size() * 9 / 10];
+  std::vector<double> all;
   for (const SampledVoxel& some : sample_voxels(density, sample_size))
-    inside.push_back(double(some.value));
-  if (inside.empty()) return {};
-  std::ranges::sort(inside);
-  const double low = border[border.size() / 10], most = inside[inside.size() * 6 / 10];
-  if (low > most) return middle;
+    all.push_back(double(some.value));
+  if (all.empty()) return {};
+  std::ranges::sort(all);
+  if (low > all[all.size() / 2]) return middle;
+  // or about the same value at the border and in most of the volume
+  const double spread = high - low;
+  const auto near =
+      std::ranges::upper_bound(all, high + spread) - std::ranges::lower_bound(all, low - spread);
+  if (spread <= narrow * (all.back() - all.front()) && 2 * near >= std::ptrdiff_t(all.size()))
+    return middle;
   return {};
 }
 

@@ -165,7 +165,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
   if (!scene.colormap && fields.are_labels(scene)) return "labels";
-  if (is_signed(density)) return "signed";
+  if (is_signed(density)) return outside_value(density).value_or(0) == 0.0 ? "signed" : "scan";
   if (scene.colormap || !scene.value_scale.is_linear()) return "scan";
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
                                        : !fields.flame(scene).grid.empty())

@@ -20,6 +20,7 @@
 #include "base/text.h"
 #include "psivox/error.h"
 #include "topology_builder.h"
+#include "vdb/grids_module.h"
 
 namespace psivox::vdb {
 namespace {

@@ -113,7 +113,7 @@ PSIVOX_PACK(ReadOptions, role, strict, distances, absent, fill, fill_value, empt
             background, percentiles, memory, in_file)
 PSIVOX_PACK(Fill, low, high, given)
 PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, filled, clamped, largest, least,
-            fill, absent)
+            least_fill, fill, absent)
 PSIVOX_PACK(Extent, min, max, infinite)
 PSIVOX_PACK(ValueSurvey, bad, largest, all, active, in_box)
 PSIVOX_PACK(TileValue, value, voxels)

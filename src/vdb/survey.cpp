@@ -47,6 +47,7 @@ void LeafSurvey::clean_one(float& value, BadValues& count) const {
     ++count.negative_infinite;
   } else if (filled) {
     ++count.filled;
+    count.least_fill = std::min(count.least_fill, value);
   } else if (value > kMaxFloat) {
     ++count.positive_infinite;  // its replacement is not known yet
     return;
@@ -313,6 +314,7 @@ BadValues operator+(BadValues a, const BadValues& b) {
   a.filled += b.filled;
   a.clamped += b.clamped;
   if (b.filled > 0) a.fill = b.fill;
+  a.least_fill = std::min(a.least_fill, b.least_fill);
   a.positive_infinite += b.positive_infinite;
   a.negative_infinite += b.negative_infinite;
   a.negative += b.negative;
@@ -326,10 +328,8 @@ std::string BadValues::describe() const {
   const auto several = [](std::uint64_t count) { return count == 1 ? " value" : " values"; };
   if (nan > 0) missing_ones.push_back(std::to_string(nan) + " NaN");
   if (negative_infinite > 0) missing_ones.push_back(std::to_string(negative_infinite) + " -Inf");
-  if (filled > 0) {
-    const float value = fill.given ? *fill.given : std::isfinite(fill.low) ? fill.low : fill.high;
-    missing_ones.push_back(std::to_string(filled) + formatted(" of %g", double(value)));
-  }
+  if (filled > 0)
+    missing_ones.push_back(std::to_string(filled) + formatted(" of %g", double(least_fill)));
   if (negative > 0) zeroed.push_back(std::to_string(negative) + " negative");
   if (!gone.empty())
     parts.push_back(joined(gone, ", ") + several(missing()) + " taken as no data" +
