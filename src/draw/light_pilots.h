@@ -40,10 +40,6 @@ class MediumDepths {
       return volumes_->exact(volume, beam, voxels);
     };
   }
-  /// Visible blocks of a further volume.
-  const std::vector<glm::ivec3>& blocks(std::size_t volume) const {
-    return volumes_->blocks(volume);
-  }
   const LightShare& share() const { return source_.share; }
   std::size_t volumes() const { return 1 + view_.medium.others.size(); }
 

@@ -41,19 +41,13 @@ constexpr double cell_cost = 5;
 /// spacings of 4 and 2 voxels, 19 at 1, 50 at 1/2.
 constexpr double output_cost = 3;
 
-/// Places of the blocks that hold the pilot's voxels, in ascending order.
-std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
-                                     const std::vector<glm::ivec3>& blocks) {
-  std::vector<std::size_t> places;
-  for (const glm::ivec3& voxel : voxels) {
-    const glm::ivec3 origin = voxel & ~7;
-    const auto found = std::lower_bound(blocks.begin(), blocks.end(), origin, comes_before);
-    if (found != blocks.end() && *found == origin)
-      places.push_back(std::size_t(found - blocks.begin()));
-  }
-  std::sort(places.begin(), places.end());
-  places.erase(std::unique(places.begin(), places.end()), places.end());
-  return places;
+/// The blocks that hold some voxels, each once.
+std::vector<glm::ivec3> blocks_with(std::span<const glm::ivec3> voxels) {
+  std::vector<glm::ivec3> blocks;
+  for (const glm::ivec3& voxel : voxels) blocks.push_back(voxel & ~7);
+  std::ranges::sort(blocks, comes_before);
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  return blocks;
 }
 
 /// Look-ups of a lattice for a voxel, for one beam.
@@ -76,9 +70,8 @@ LightError LightTrials::miss(const LightMethod& method) const {
     std::vector<Beam> beams = beams_(view, i);
     set_method(beams, method);
     const LightPilot& pilot = pilots_.of(i);
-    const std::vector<glm::ivec3>& blocks = i == 0 ? blocks_ : depths_.blocks(i);
-    const std::vector<std::size_t> wanted = blocks_with(pilot.voxels(), blocks);
-    return pilot.error(LitLuminance(view, beams).medium({blocks, wanted}, depths_.at(i)));
+    return pilot.error(
+        LitLuminance(view, beams).medium(blocks_with(pilot.voxels()), depths_.at(i)));
   });
 }
 

@@ -49,13 +49,12 @@ struct LightChoice {
 /// and for the directions of a sky.
 class LightTrials {
  public:
-  /// `blocks`: of the first volume. `directions`: of beams that stand for a sky's, whose number is
+  /// `directions`: of beams that stand for a sky's, whose number is
   /// chosen too; else null.
-  LightTrials(const View& view, const MediumDepths& depths, const std::vector<glm::ivec3>& blocks,
-              BeamsOn beams, double rms, SkyTrial* directions = nullptr)
+  LightTrials(const View& view, const MediumDepths& depths, BeamsOn beams, double rms,
+              SkyTrial* directions = nullptr)
       : octaves_(view.scene.scatter_octaves),
         depths_(depths),
-        blocks_(blocks),
         beams_(std::move(beams)),
         rms_(rms),
         directions_(directions),
@@ -87,7 +86,6 @@ class LightTrials {
 
   int octaves_;
   const MediumDepths& depths_;
-  const std::vector<glm::ivec3>& blocks_;
   BeamsOn beams_;
   double rms_;
   SkyTrial* directions_;

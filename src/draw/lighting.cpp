@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_set>
 
 #include "draw/light_trials.h"
 #include "field/field_index.h"
 #include "field/index_space.h"
 #include "march/light_lattice.h"
-#include "march/volume_depths.h"
 #include "scene/cuts.h"
 
 namespace psivox {
@@ -172,7 +170,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   for (const View& from : views) {
     SkyTrial directions(from, depths);
     const LightChoice own =
-        LightTrials(from, depths, blocks_, some, sky_share * need.rms, &directions).settled();
+        LightTrials(from, depths, some, sky_share * need.rms, &directions).settled();
     if (own.count >= sky.count) sky_coverage_ = directions.coverage();
     sky = {own.method.spacing < sky.method.spacing ? own.method : sky.method,
            std::max(sky.count, own.count),
@@ -191,7 +189,7 @@ void Lighting::settle_lights(const View& view, const MediumDepths& depths, doubl
   const View typical = typical_view(view);
   std::optional<LightPilots> own;  // the trials' pilots serve the typical picture
   if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
-  LightTrials trials(typical, depths, blocks_, beams_of(beams_), rms);
+  LightTrials trials(typical, depths, beams_of(beams_), rms);
   while (true) {
     const LightMethod method = trials.best().method;
     set_method(beams_, method);
@@ -210,12 +208,10 @@ void Lighting::add_sky(const View& view, int count) {
 }
 
 void Lighting::sum_up(const View& view, const MediumDepths& depths, const Progress& progress) {
-  std::vector<std::size_t> all(blocks_.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
   medium_.reset();  // not beside the next
   const LitLuminance luminance(view, beams_);
   const double volumes = double(depths.volumes());
-  medium_ = luminance.medium({blocks_, all}, depths.at(0), part_of(progress, 0, 1 / volumes));
+  medium_ = luminance.medium(blocks_, depths.at(0), part_of(progress, 0, 1 / volumes));
   light_others(
       view, beams_, [&](std::size_t volume) { return depths.at(volume); }, *medium_,
       part_of(progress, 1 / volumes, 1 - 1 / volumes));

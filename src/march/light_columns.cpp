@@ -337,7 +337,7 @@ LatticeColumns light_columns(const LatticeFrame& frame, const View& view, const 
   const auto setup =
       std::make_shared<const MarchSetup>(make_march_setup(light_march(view, beam), atlas));
   return [&frame, &atlas, setup](std::span<const LatticeBrick> bricks, std::span<double> depths) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 8), [&](const auto& some) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 2), [&](const auto& some) {
       columns::Integration<Real> integration(frame, *setup, atlas);
       for (std::size_t i = some.begin(); i != some.end(); ++i)
         integration.depths(bricks[i], depths.data() + i * lattice_depths_of_brick);

@@ -58,7 +58,8 @@ class DoubleMarcher : public Marcher {
   LightDepths light_depths(const View& view) override {
     return march_double_light_depths(view, *atlas_);
   }
-  void with_lattice(const View& view, const Beam& beam, const UseLattice& use) override;
+  LatticeColumns light_columns(const LatticeFrame& frame, const View& view,
+                               const Beam& beam) override;
   RenderResult render(const View& view, const RenderOptions& options) override {
     return render_march_double(view, *atlas_, options);
   }
