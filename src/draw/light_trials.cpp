@@ -65,11 +65,10 @@ void set_method(std::vector<Beam>& beams, const LightMethod& method) {
 }
 
 LightError LightTrials::miss(const LightMethod& method) const {
-  return pilots_.sum_of([&](std::size_t i) {
-    const View& view = pilots_.view(i);
+  return pilot_.sum_of([&](const VolumePilot& pilot, std::size_t i) {
+    const View& view = pilot.view();
     std::vector<Beam> beams = beams_(view, i);
     set_method(beams, method);
-    const LightPilot& pilot = pilots_.of(i);
     return pilot.error(
         LitLuminance(view, beams).medium(blocks_with(pilot.voxels()), depths_.at(i)));
   });
@@ -84,7 +83,7 @@ std::pair<LightError, bool> LightTrials::expected(double spacing) const {
 
 LightChoice LightTrials::best() {
   const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
-  if (!ray_look_ups_) ray_look_ups_ = cell_cost * pilots_.of(0).mean_cells(rays.termination);
+  if (!ray_look_ups_) ray_look_ups_ = cell_cost * pilot_.first().mean_cells(rays.termination);
   if (tried_.empty()) learn(coarse, miss({.spacing = coarse}));
   const auto directions = [&](double left) { return directions_ ? directions_->count(left) : 1; };
   LightChoice best{rays, directions(most(1))};
@@ -123,8 +122,8 @@ LightChoice LightTrials::settled() {
 SkyTrial::SkyTrial(const View& view, const MediumDepths& depths)
     : view_(view),
       depths_(depths),
-      pilots_(view, depths, sky_of(many_count)),
-      few_(pilots_.error(sky_of(few_count))) {}
+      pilot_(view, depths, sky_of(many_count)),
+      few_(pilot_.error(sky_of(few_count))) {}
 
 int SkyTrial::count(double most) {
   double wanted = few_count * few_.rms / most;
@@ -132,7 +131,7 @@ int SkyTrial::count(double most) {
     // So many cost much, and the few may tell too much, where they miss a phase's peak, or too
     // little: the error of light that has an edge falls as N^(-3/4) (Beck 1987).
     if (!many_) {
-      many_ = LightPilots(view_, depths_, sky_of(2 * many_count)).error(sky_of(many_count));
+      many_ = LightPilot(view_, depths_, sky_of(2 * many_count)).error(sky_of(many_count));
       rate_ = std::clamp(std::log(few_.rms / many_->rms) / std::log(many_count / double(few_count)),
                          0.75, 1.0);
     }
@@ -144,12 +143,12 @@ int SkyTrial::count(double most) {
 LightError SkyTrial::miss(int count) {
   if (many_ && count >= many_count) return *many_ * std::pow(double(many_count) / count, rate_);
   if (count >= few_count) return few_ * (double(few_count) / count);
-  return pilots_.error(sky_of(count));
+  return pilot_.error(sky_of(count));
 }
 
 int SkyTrial::tried(int count, double most) const {
   for (; count < few_count; count *= 2)
-    if (pilots_.error(sky_of(count)).rms <= most) return count;
+    if (pilot_.error(sky_of(count)).rms <= most) return count;
   return count;
 }
 

@@ -109,11 +109,11 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   if (need.rms == 0) return true;
   if (coarse_) return false;  // it may suffice, but a preview must not change later pictures
   const MediumDepths depths(view, source);
-  const LightPilots pilots(view, depths, beams_of(beams_));
+  const LightPilot pilot(view, depths, beams_of(beams_));
   // a closer camera sees more of what the sky's directions miss
   const double closer =
-      sky_coverage_ > 0 ? std::sqrt(std::max(pilots.coverage() / sky_coverage_, 1.0)) : 1;
-  error_ = sum(pilots.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
+      sky_coverage_ > 0 ? std::sqrt(std::max(pilot.coverage() / sky_coverage_, 1.0)) : 1;
+  error_ = sum(pilot.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
   return error_.rms <= need.rms;
 }
 
@@ -187,7 +187,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
 void Lighting::settle_lights(const View& view, const MediumDepths& depths, double rms,
                              const Progress& progress) {
   const View typical = typical_view(view);
-  std::optional<LightPilots> own;  // the trials' pilots serve the typical picture
+  std::optional<LightPilot> own;  // the trials' pilots serve the typical picture
   if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
   LightTrials trials(typical, depths, beams_of(beams_), rms);
   while (true) {

@@ -362,7 +362,7 @@ LightDepths PartMarcher::depths_by_lattices(const View& view) {
   };
 }
 
-LightPilot::Depths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas) {
+ExactDepths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas) {
   return [this, &view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
     if (atlas) return march_double_light_depths(view, *atlas, beam, voxels);
     if (team_.size() == 1) return reference_light_depths(view, beam, voxels);
@@ -377,9 +377,30 @@ LightPilot::Depths PartMarcher::exact_depths(const View& view, const MediumAtlas
   };
 }
 
-LightShare PartMarcher::light_share(std::shared_ptr<const Field> density) const {
-  const Box bricks = split_.parts.all()[std::size_t(team_.rank())].bricks;
-  return {&team_, voxels_of(bricks), std::move(density)};
+CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
+  return [this, atlas](const View& view, std::span<const glm::dvec2> places, double most) {
+    if (atlas) return crossed_cells(view, *atlas, places, most);
+    struct Sent {
+      std::uint32_t ray;
+      Crossed cell;
+    };
+    std::vector<Sent> own;
+    for (const Region& region : split_.own.all()) {
+      upload_dark(view, region.bricks);
+      const auto cells = crossed_cells(view, dark_, places, most);
+      for (std::size_t ray = 0; ray < cells.size(); ++ray)
+        for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
+    }
+    std::vector<std::vector<Crossed>> all(places.size());
+    for (const auto& some : team_.gather(own))
+      for (const Sent& sent : some) all[sent.ray].push_back(sent.cell);
+    for (std::vector<Crossed>& ray : all) std::ranges::sort(ray, std::less{}, &Crossed::front);
+    return all;
+  };
+}
+
+LightShare PartMarcher::light_share() const {
+  return {&team_, voxels_of(split_.parts.all()[std::size_t(team_.rank())].bricks)};
 }
 
 }  // namespace psivox

@@ -67,9 +67,11 @@ class PartMarcher {
   LightDepths light_depths(const View& view);
   /// Exact depths from some voxels, the same in all members. `atlas` is the whole's, if it is
   /// there.
-  LightPilot::Depths exact_depths(const View& view, const MediumAtlas* atlas);
-  /// What this member has of the medium; `density` is the whole density.
-  LightShare light_share(std::shared_ptr<const Field> density) const;
+  ExactDepths exact_depths(const View& view, const MediumAtlas* atlas);
+  /// What rays cross of the whole, the same in all members.
+  CrossedCells crossed(const MediumAtlas* atlas);
+  /// What this member has of the medium.
+  LightShare light_share() const;
 
  private:
   /// Adds what the rays collect in this member's regions.

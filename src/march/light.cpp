@@ -367,10 +367,10 @@ View lit(View view, const LightDepths& depths, const Progress& progress) {
       std::move(view), [&](std::size_t) { return depths; }, progress);
 }
 
-View light_march(const View& view, const Beam& beam) {
-  View towards = view;
-  towards.holdout.reset();
-  Scene& scene = towards.scene;
+View depth_march(const View& view, double termination) {
+  View march = view;
+  march.holdout.reset();
+  Scene& scene = march.scene;
   scene.mode = Mode::alpha;
   scene.sampling = Sampling::cells;
   scene.step.reset();
@@ -381,16 +381,21 @@ View light_march(const View& view, const Beam& beam) {
     scene.segments = 1;
   else if (scene.tolerance)
     scene.segments = gradient_segments;
-  scene.early_termination = beam.method.termination;
+  scene.early_termination = termination;
   scene.filter = Filter::exact;
   scene.pixel_samples = 1;
-  Medium& medium = towards.medium;
+  Medium& medium = march.medium;
   medium.source = LuminanceSource::constant;
   medium.transfer = without_colors(medium);
   medium.luminance.reset();
   medium.emission.clear();
   medium.light.reset();
   medium.others.clear();
+  return march;
+}
+
+View light_march(const View& view, const Beam& beam) {
+  View towards = depth_march(view, beam.method.termination);
   Camera& camera = towards.camera;
   camera = {};
   camera.forward = -beam.direction;

@@ -189,8 +189,10 @@ View lit(View view, const LightDepths& depths, const Progress& progress = {});
 /// The medium's transfer function without its colours, which are in the light's luminance.
 std::shared_ptr<const TransferFunction> without_colors(const Medium& medium);
 
-/// The view whose march gives exact depths through the first volume: orthographic, looking towards
-/// the light, cells only.
+/// The view whose march gives exact depths through the first volume, in cells, up to a
+/// transmittance.
+View depth_march(const View& view, double termination);
+/// The same, orthographic, looking towards the light.
 View light_march(const View& view, const Beam& beam);
 
 }  // namespace psivox

@@ -20,6 +20,9 @@ class VolumeDepths {
   /// From the voxels of a volume; 0: the first. These depths must not outlive the object.
   LightDepths at(std::size_t volume) const;
 
+  /// The atlas of a volume, which attenuates something.
+  const MediumAtlas& atlas(std::size_t volume) const { return *volumes_[volume].atlas; }
+
   /// Exact depths from some voxels of a volume.
   std::vector<double> exact(std::size_t volume, const Beam& beam,
                             std::span<const glm::ivec3> voxels) const;
