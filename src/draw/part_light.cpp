@@ -114,13 +114,13 @@ struct LightLayer {
 /// The layer that begins with a slab, as thick as `most` bricks allow.
 LightLayer layer_from(int slab, std::span<const glm::ivec3> bricks, const Box& part,
                       const LatticeFrame& frame, std::size_t most) {
-  // by slab; bricks of 0 may lie one beside the domain
-  std::vector<std::size_t> counts(std::size_t(frame.slabs()) + 2);
-  for (const glm::ivec3& brick : bricks) ++counts[std::size_t(frame.slab(8 * brick) + 1)];
+  std::map<int, std::size_t> counts;  // by slab
+  for (const glm::ivec3& brick : bricks) ++counts[frame.slab(8 * brick)];
+  const auto count = [&](int k) { return counts.contains(k) ? counts.at(k) : 0; };
   LightLayer layer{slab, {}};
-  std::size_t sum = counts[std::size_t(slab)] + counts[std::size_t(slab) + 1];
+  std::size_t sum = count(slab - 1) + count(slab);
   while (layer.last + 1 < frame.slabs()) {
-    sum += counts[std::size_t(layer.last) + 2];
+    sum += count(layer.last + 1);
     if (sum > most) break;
     ++layer.last;
   }

@@ -5,7 +5,8 @@
 #include <cmath>
 #include <functional>
 #include <glm/common.hpp>
-#include <glm/vector_relational.hpp>
+#include <map>
+#include <unordered_map>
 
 #include "field/leaf_values.h"
 #include "march/light_lattice.h"
@@ -306,29 +307,42 @@ class PlacedDepths {
   bool is_last_;
 };
 
+constexpr std::size_t nowhere = ~std::size_t{0};
+using Slice = std::array<double, lattice_depths_of_slice>;
+
+/// A tile on its way through the slabs.
+struct TileRun {
+  glm::ivec2 number{0};
+  int last = -1;                    ///< the last slab that needs it
+  int mark = -1;                    ///< the turn in which it was found to be dark
+  std::size_t place = nowhere;      ///< of its depths among those found in the slab
+  std::unique_ptr<Slice> before{};  ///< depths before the slab; null: 0
+};
+
+struct NumberHash {
+  std::size_t operator()(const glm::ivec2& v) const {
+    const std::uint64_t key =
+        std::uint64_t(std::uint32_t(v.x)) << 32 | std::uint64_t(std::uint32_t(v.y));
+    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> 17);
+  }
+};
+
 /// What a run keeps.
 struct Columns {
   Columns(const LatticeFrame& of, LightBlocks all, TakeDepths taken, const glm::dmat4* to_index)
-      : frame(of),
-        blocks(all),
-        take(std::move(taken)),
-        range(tiles_of(frame)),
-        wanted(std::size_t(frame.slabs())),
-        last(range.count(), -1),
-        marks(range.count(), -1),
-        places(range.count(), nowhere),
-        before(range.count()) {
+      : frame(of), blocks(all), take(std::move(taken)), range(tiles_of(frame)) {
     if (to_index) placed.emplace(frame, *to_index);
     for (std::size_t i = 0; i < blocks.size(); ++i) {
       const auto [from, to] = slabs_of(blocks[i]);
-      if (to >= int(wanted.size())) wanted.resize(std::size_t(to) + 1);
-      for (int slab = from; slab <= to; ++slab) wanted[std::size_t(slab)].push_back(i);
-      tiles(blocks[i]).each([&](const glm::ivec2& tile) {
-        int& needed = last[range.index(tile)];
-        needed = std::max(needed, to);
+      for (int slab = from; slab <= to; ++slab) slabs[slab].wanted.push_back(i);
+      tiles(blocks[i]).each([&, last = to](const glm::ivec2& number) {
+        TileRun& run = runs[number];
+        run.number = number;
+        run.last = std::max(run.last, last);
       });
     }
-    while (!wanted.empty() && wanted.back().empty()) wanted.pop_back();
+    for (auto& [number, run] : runs)
+      if (run.last >= 0) slabs[run.last].ending.push_back(&run);
   }
 
   /// The first and the last slab that a block reaches into.
@@ -347,36 +361,33 @@ struct Columns {
     return common(tiles_around({glm::dvec2(low), glm::dvec2(high)}), range);
   }
 
-  Tile tile_at(const glm::ivec2& at) const {
+  Tile tile_at(const glm::ivec2& number) const {
     Tile tile;
-    const std::size_t i = range.index(at);
-    if (before[i]) tile.before = before[i]->data();
-    if (places[i] != nowhere) tile.own = found.data() + places[i];
+    const TileRun& run = runs.at(number);
+    if (run.before) tile.before = run.before->data();
+    if (run.place != nowhere) tile.own = found.data() + run.place;
     return tile;
   }
 
   /// The needed tiles with columns through dark cells.
-  std::vector<std::size_t> tiles_through_dark(int slab, const DarkCells& cells) {
-    std::vector<std::size_t> some;
+  std::vector<TileRun*> tiles_through_dark(int slab, const DarkCells& cells) {
+    std::vector<TileRun*> some;
     for (const CellCube& cube : cells.in(slab))
-      common(tiles_through(frame, cube, slab), range).each([&](const glm::ivec2& tile) {
-        const std::size_t i = range.index(tile);
-        if (last[i] < slab || marks[i] == turn) return;
-        marks[i] = turn;
-        some.push_back(i);
+      common(tiles_through(frame, cube, slab), range).each([&](const glm::ivec2& number) {
+        const auto tile = runs.find(number);
+        if (tile == runs.end() || tile->second.last < slab || tile->second.mark == turn) return;
+        tile->second.mark = turn;
+        some.push_back(&tile->second);
       });
     ++turn;
-    std::ranges::sort(some);
+    std::ranges::sort(some, [](const TileRun* a, const TileRun* b) {
+      return a->number.x != b->number.x ? a->number.x < b->number.x : a->number.y < b->number.y;
+    });
     return some;
   }
 
-  glm::ivec2 tile_of(std::size_t i) const {
-    const auto row = std::size_t(range.size().y);
-    return range.min + glm::ivec2(i / row, i % row);
-  }
-
   void give(int slab) const {
-    const std::vector<std::size_t>& some = wanted[std::size_t(slab)];
+    const std::vector<std::size_t>& some = slabs.at(slab).wanted;
     tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
       const glm::ivec3& block = blocks[some[k]];
       BlockTiles of_block{tiles(block), {}};
@@ -393,21 +404,21 @@ struct Columns {
     });
   }
 
-  static constexpr std::size_t nowhere = ~std::size_t{0};
-  using Slice = std::array<double, lattice_depths_of_slice>;
+  /// What wants a slab.
+  struct Slab {
+    std::vector<std::size_t> wanted;  ///< blocks
+    std::vector<TileRun*> ending;     ///< tiles that no later one needs
+  };
 
   LatticeFrame frame;
   LightBlocks blocks;
   TakeDepths take;
   std::optional<VoxelPlaces> placed{};
-  TileRange range;                               ///< tiles, by which the next lists are sorted
-  std::vector<std::vector<std::size_t>> wanted;  ///< blocks, by slab
-  std::vector<int> last;                         ///< the last slab that needs each tile
-  std::vector<int> marks;                        ///< the turn in which a tile was found to be dark
-  std::vector<std::size_t> places;               ///< where its depths are in `found`
-  std::vector<std::unique_ptr<Slice>> before;    ///< depths before the slab; null: 0
-  std::vector<double> found{};                   ///< depths of the slab's dark tiles
-  std::vector<std::size_t> found_tiles{};        ///< these tiles
+  TileRange range;                                             ///< tiles that may attenuate
+  std::unordered_map<glm::ivec2, TileRun, NumberHash> runs{};  ///< those that blocks need
+  std::map<int, Slab> slabs{};
+  std::vector<double> found{};          ///< depths of the slab's dark tiles
+  std::vector<TileRun*> found_tiles{};  ///< these tiles
   int turn = 0;
 };
 
@@ -423,7 +434,11 @@ LatticeRun::LatticeRun(const LatticeFrame& frame, LightBlocks blocks, TakeDepths
 LatticeRun::~LatticeRun() = default;
 LatticeRun::LatticeRun(LatticeRun&&) noexcept = default;
 
-int LatticeRun::slabs() const { return int(impl_->wanted.size()); }
+int LatticeRun::next_slab(int slab, const DarkCells& dark) const {
+  const auto& slabs = impl_->slabs;
+  if (slabs.empty() || slab > slabs.rbegin()->first) return -1;
+  return std::min(slabs.lower_bound(slab)->first, dark.next_slab(slab));
+}
 
 double LatticeRun::bytes(const LatticeFrame& frame) {
   constexpr double of_tile = 64 + lattice_depths_of_slice * sizeof(double);
@@ -431,46 +446,43 @@ double LatticeRun::bytes(const LatticeFrame& frame) {
 }
 
 void LatticeRun::add(int slab, const DarkCells& dark, const LatticeColumns& columns) {
-  Impl& impl = *impl_;
-  if (slab >= slabs()) return;
-  const std::vector<std::size_t> some = impl.tiles_through_dark(slab, dark);
+  light_tiles::Columns& impl = *impl_;
+  const std::vector<light_tiles::TileRun*> some = impl.tiles_through_dark(slab, dark);
+  if (some.empty()) return;
   std::vector<LatticeBrick> bricks;
-  for (const std::size_t i : some)
-    bricks.emplace_back(lattice_columns * impl.tile_of(i), lattice_slices * slab);
+  for (const auto* tile : some)
+    bricks.emplace_back(lattice_columns * tile->number, lattice_slices * slab);
   std::vector<double> own(some.size() * lattice_depths_of_brick);
-  if (!bricks.empty()) columns(bricks, own);
-  if (impl.found_tiles.empty()) {
-    for (std::size_t k = 0; k < some.size(); ++k)
-      impl.places[some[k]] = k * lattice_depths_of_brick;
-    impl.found_tiles = some;
-    impl.found = std::move(own);
-    return;
-  }
+  columns(bricks, own);
+  const bool first = impl.found_tiles.empty();
   const double* from = own.data();
-  for (const std::size_t i : some) {
-    if (impl.places[i] == Impl::nowhere) {
-      impl.places[i] = impl.found_tiles.size() * lattice_depths_of_brick;
-      impl.found_tiles.push_back(i);
-      impl.found.resize(impl.found_tiles.size() * lattice_depths_of_brick);
+  for (auto* tile : some) {
+    if (tile->place == light_tiles::nowhere) {
+      tile->place = impl.found_tiles.size() * lattice_depths_of_brick;
+      impl.found_tiles.push_back(tile);
+      if (!first) impl.found.resize(impl.found_tiles.size() * lattice_depths_of_brick);
     }
-    double* to = impl.found.data() + impl.places[i];
-    for (int k = 0; k < lattice_depths_of_brick; ++k) to[k] += *from++;
+    if (first) continue;
+    double* to = impl.found.data() + tile->place;
+    for (int k = 0; k < lattice_depths_of_brick; ++k) to[k] += from[k];
+    from += lattice_depths_of_brick;
   }
+  if (first) impl.found = std::move(own);
 }
 
 void LatticeRun::finish(int slab) {
-  Impl& impl = *impl_;
-  if (slab >= slabs()) return;
-  impl.give(slab);
-  for (const std::size_t i : impl.found_tiles) {
-    const double* end = impl.found.data() + impl.places[i] + lattice_depths_of_brick;
-    if (!impl.before[i]) impl.before[i] = std::make_unique<Impl::Slice>();
-    std::ranges::transform(*impl.before[i], std::span(end - lattice_depths_of_slice, end),
-                           impl.before[i]->begin(), std::plus());
-    impl.places[i] = Impl::nowhere;
+  light_tiles::Columns& impl = *impl_;
+  const auto ended = impl.slabs.find(slab);
+  if (ended != impl.slabs.end()) impl.give(slab);
+  for (auto* tile : impl.found_tiles) {
+    const double* end = impl.found.data() + tile->place + lattice_depths_of_brick;
+    if (!tile->before) tile->before = std::make_unique<light_tiles::Slice>();
+    std::ranges::transform(*tile->before, std::span(end - lattice_depths_of_slice, end),
+                           tile->before->begin(), std::plus());
+    tile->place = light_tiles::nowhere;
   }
-  for (std::size_t i = 0; i < impl.last.size(); ++i)
-    if (impl.last[i] <= slab) impl.before[i].reset();
+  if (ended != impl.slabs.end())
+    for (auto* tile : ended->second.ending) tile->before.reset();
   impl.found_tiles.clear();
   impl.found.clear();
 }

@@ -24,8 +24,7 @@ LatticeFrame::LatticeFrame(const View& view, const Box& box, const Beam& beam)
   length = 1 / size[axis];
 }
 
-DarkCells::DarkCells(const LatticeFrame& frame, const MediumAtlas& atlas)
-    : slabs_(std::size_t(frame.slabs())) {
+DarkCells::DarkCells(const LatticeFrame& frame, const MediumAtlas& atlas) {
   const PageTable& pages = atlas.density.pages;
   // What lies on a part's face also weighs in the step beside it, which may be of another slab.
   // Beside the whole nothing attenuates.
@@ -36,7 +35,7 @@ DarkCells::DarkCells(const LatticeFrame& frame, const MediumAtlas& atlas)
     // a cell between two slices belongs to the second
     const int from = std::max((slice + 1 - beside) >> 3, 0);
     const int to = std::min((slice + cube.width + beside) >> 3, frame.slabs() - 1);
-    for (int slab = from; slab <= to; ++slab) slabs_[std::size_t(slab)].push_back(cube);
+    for (int slab = from; slab <= to; ++slab) slabs_[slab].push_back(cube);
   };
   for_entries(pages, [&](std::uint32_t entry, const glm::ivec3& first, int width) {
     const glm::ivec3 corner = pages.min + brick_cells * first;
@@ -54,10 +53,10 @@ void lattice_depths(const LatticeFrame& frame, const MediumAtlas& atlas, LightBl
                     const glm::dmat4* to_index) {
   const DarkCells dark(frame, atlas);
   LatticeRun run(frame, blocks, take, to_index);
-  for (int slab = 0; slab < run.slabs(); ++slab) {
+  for (int slab = 0; (slab = run.next_slab(slab, dark)) >= 0; ++slab) {
     run.add(slab, dark, columns);
     run.finish(slab);
-    if (progress) progress(double(slab + 1) / double(run.slabs()));
+    if (progress) progress(double(slab + 1) / double(frame.slabs()));
   }
 }
 

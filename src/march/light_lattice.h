@@ -5,6 +5,8 @@
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -68,12 +70,17 @@ class DarkCells {
  public:
   DarkCells(const LatticeFrame& frame, const MediumAtlas& atlas);
   std::span<const CellCube> in(int slab) const {
-    if (std::size_t(slab) >= slabs_.size()) return {};
-    return slabs_[std::size_t(slab)];
+    const auto found = slabs_.find(slab);
+    return found == slabs_.end() ? std::span<const CellCube>() : found->second;
+  }
+  /// The next slab with any, from one on; else the greatest int.
+  int next_slab(int slab) const {
+    const auto found = slabs_.lower_bound(slab);
+    return found == slabs_.end() ? std::numeric_limits<int>::max() : found->first;
   }
 
  private:
-  std::vector<std::vector<CellCube>> slabs_;
+  std::map<int, std::vector<CellCube>> slabs_;
 };
 
 /// The lattice of one light on its way through the slabs. From slab to slab it keeps the depths at
@@ -90,8 +97,8 @@ class LatticeRun {
   ~LatticeRun();
   LatticeRun(LatticeRun&&) noexcept;
 
-  /// Slabs up to the last that has blocks.
-  int slabs() const;
+  /// The next slab in which there are blocks or dark cells, from one on; -1: no more blocks come.
+  int next_slab(int slab, const DarkCells& dark) const;
   /// Adds what an atlas hides in the next slab to what other parts of the volume hide there.
   void add(int slab, const DarkCells& dark, const LatticeColumns& columns);
   /// Gives the depths of the slab's blocks, and carries the columns on to the next.
