@@ -117,16 +117,9 @@ TEST(LightLattice, WantedBlocksAreThoseOfAll) {
     const LightMethod method{.spacing = 0.5};
     const std::vector<double> all = depths_of(view, depths, blocks, method);
     for (std::size_t first : {std::size_t{0}, blocks.size() / 2, blocks.size() - 1}) {
-      const std::vector<std::size_t> wanted{first};
-      Beam beam = light_beams(view).front();
-      beam.method = method;
-      depths({&beam, 1}, {blocks, wanted},
-             [&](std::size_t, std::size_t block, std::span<const double> own) {
-               EXPECT_EQ(block, first);
-               EXPECT_TRUE(
-                   std::equal(own.begin(), own.end(), all.begin() + std::ptrdiff_t(512 * block)));
-             },
-             {});
+      const std::vector<double> own =
+          depths_of(view, depths, std::span(blocks).subspan(first, 1), method);
+      EXPECT_TRUE(std::equal(own.begin(), own.end(), all.begin() + std::ptrdiff_t(512 * first)));
     }
   }
 }

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cstdio>
 #include <glm/geometric.hpp>
-#include <numeric>
 #include <string>
 #include <vector>
 
@@ -182,8 +181,6 @@ TEST(PartMarcher, CarriesLatticesThroughItsLayers) {
   const AtlasOptions options = density_options(lit);
   const std::vector<glm::ivec3> blocks = visible_blocks(*view.medium.density, options);
   const std::vector<glm::ivec3> bricks = textured_bricks(*view.medium.density, options);
-  std::vector<std::size_t> all(blocks.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
   std::vector<Beam> beams;
   for (const glm::dvec3& way :
        {glm::dvec3(0, 0, 1), glm::dvec3(-0.3, -1, 0.2), glm::dvec3(0.6, 0.1, -0.8),
@@ -195,7 +192,7 @@ TEST(PartMarcher, CarriesLatticesThroughItsLayers) {
     std::vector<std::vector<double>> found(beams.size(),
                                            std::vector<double>(512 * blocks.size(), -1));
     marcher.light_depths(lit)(
-        beams, {blocks, all},
+        beams, blocks,
         [&](std::size_t beam, std::size_t block, std::span<const double> own) {
           std::ranges::copy(own, found[beam].begin() + std::ptrdiff_t(512 * block));
         },
@@ -227,14 +224,12 @@ TEST(PartMarcher, GathersASkyInOnePassForEachSide) {
       visible_blocks(*view.medium.density, density_options(view));
   const std::vector<glm::ivec3> bricks =
       textured_bricks(*view.medium.density, density_options(view));
-  std::vector<std::size_t> all(blocks.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
   const auto uploads = [&](int directions) {
     std::vector<Beam> beams = sky_beams(glm::dvec3(1), directions);
     for (Beam& beam : beams) beam.method.spacing = 4;
     CountingMarcher counter;
     in_regions(counter, Regions(bricks, 120))
-        .light_depths(view)(beams, {blocks, all}, [](auto, auto, auto) {}, {});
+        .light_depths(view)(beams, blocks, [](auto, auto, auto) {}, {});
     return counter.uploads;
   };
   EXPECT_GT(uploads(8), 6);

@@ -7,7 +7,6 @@
 #include <glm/geometric.hpp>
 #include <map>
 #include <mutex>
-#include <numeric>
 #include <tuple>
 
 #include "blobs_scene.h"
@@ -124,11 +123,9 @@ using BlockDepths = std::map<std::array<int, 3>, std::vector<double>>;
 template <typename Light>
 BlockDepths depths_of(Light& marcher, const View& view, const Beam& beam,
                       const std::vector<glm::ivec3>& blocks) {
-  std::vector<std::size_t> all(blocks.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
   BlockDepths found;
   std::mutex finding;
-  marcher.light_depths(view)({&beam, 1}, {blocks, all},
+  marcher.light_depths(view)({&beam, 1}, blocks,
                              [&](std::size_t, std::size_t block, std::span<const double> depths) {
                                const glm::ivec3& at = blocks[block];
                                const std::lock_guard lock(finding);

@@ -41,19 +41,13 @@ constexpr double cell_cost = 5;
 /// spacings of 4 and 2 voxels, 19 at 1, 50 at 1/2.
 constexpr double output_cost = 3;
 
-/// Places of the blocks that hold the pilot's voxels, in ascending order.
-std::vector<std::size_t> blocks_with(std::span<const glm::ivec3> voxels,
-                                     const std::vector<glm::ivec3>& blocks) {
-  std::vector<std::size_t> places;
-  for (const glm::ivec3& voxel : voxels) {
-    const glm::ivec3 origin = voxel & ~7;
-    const auto found = std::lower_bound(blocks.begin(), blocks.end(), origin, comes_before);
-    if (found != blocks.end() && *found == origin)
-      places.push_back(std::size_t(found - blocks.begin()));
-  }
-  std::sort(places.begin(), places.end());
-  places.erase(std::unique(places.begin(), places.end()), places.end());
-  return places;
+/// The blocks that hold some voxels, each once.
+std::vector<glm::ivec3> blocks_with(std::span<const glm::ivec3> voxels) {
+  std::vector<glm::ivec3> blocks;
+  for (const glm::ivec3& voxel : voxels) blocks.push_back(voxel & ~7);
+  std::ranges::sort(blocks, comes_before);
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  return blocks;
 }
 
 /// Look-ups of a lattice for a voxel, for one beam.
@@ -71,14 +65,12 @@ void set_method(std::vector<Beam>& beams, const LightMethod& method) {
 }
 
 LightError LightTrials::miss(const LightMethod& method) const {
-  return pilots_.sum_of([&](std::size_t i) {
-    const View& view = pilots_.view(i);
+  return pilot_.sum_of([&](const VolumePilot& pilot, std::size_t i) {
+    const View& view = pilot.view();
     std::vector<Beam> beams = beams_(view, i);
     set_method(beams, method);
-    const LightPilot& pilot = pilots_.of(i);
-    const std::vector<glm::ivec3>& blocks = i == 0 ? blocks_ : depths_.blocks(i);
-    const std::vector<std::size_t> wanted = blocks_with(pilot.voxels(), blocks);
-    return pilot.error(LitLuminance(view, beams).medium({blocks, wanted}, depths_.at(i)));
+    return pilot.error(
+        LitLuminance(view, beams).medium(blocks_with(pilot.voxels()), depths_.at(i)));
   });
 }
 
@@ -91,7 +83,7 @@ std::pair<LightError, bool> LightTrials::expected(double spacing) const {
 
 LightChoice LightTrials::best() {
   const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
-  if (!ray_look_ups_) ray_look_ups_ = cell_cost * pilots_.of(0).mean_cells(rays.termination);
+  if (!ray_look_ups_) ray_look_ups_ = cell_cost * pilot_.first().mean_cells(rays.termination);
   if (tried_.empty()) learn(coarse, miss({.spacing = coarse}));
   const auto directions = [&](double left) { return directions_ ? directions_->count(left) : 1; };
   LightChoice best{rays, directions(most(1))};
@@ -130,8 +122,8 @@ LightChoice LightTrials::settled() {
 SkyTrial::SkyTrial(const View& view, const MediumDepths& depths)
     : view_(view),
       depths_(depths),
-      pilots_(view, depths, sky_of(many_count)),
-      few_(pilots_.error(sky_of(few_count))) {}
+      pilot_(view, depths, sky_of(many_count)),
+      few_(pilot_.error(sky_of(few_count))) {}
 
 int SkyTrial::count(double most) {
   double wanted = few_count * few_.rms / most;
@@ -139,7 +131,7 @@ int SkyTrial::count(double most) {
     // So many cost much, and the few may tell too much, where they miss a phase's peak, or too
     // little: the error of light that has an edge falls as N^(-3/4) (Beck 1987).
     if (!many_) {
-      many_ = LightPilots(view_, depths_, sky_of(2 * many_count)).error(sky_of(many_count));
+      many_ = LightPilot(view_, depths_, sky_of(2 * many_count)).error(sky_of(many_count));
       rate_ = std::clamp(std::log(few_.rms / many_->rms) / std::log(many_count / double(few_count)),
                          0.75, 1.0);
     }
@@ -151,12 +143,12 @@ int SkyTrial::count(double most) {
 LightError SkyTrial::miss(int count) {
   if (many_ && count >= many_count) return *many_ * std::pow(double(many_count) / count, rate_);
   if (count >= few_count) return few_ * (double(few_count) / count);
-  return pilots_.error(sky_of(count));
+  return pilot_.error(sky_of(count));
 }
 
 int SkyTrial::tried(int count, double most) const {
   for (; count < few_count; count *= 2)
-    if (pilots_.error(sky_of(count)).rms <= most) return count;
+    if (pilot_.error(sky_of(count)).rms <= most) return count;
   return count;
 }
 

@@ -4,7 +4,7 @@
 #include <map>
 #include <utility>
 
-#include "draw/light_pilots.h"
+#include "draw/light_pilot.h"
 
 namespace psivox {
 
@@ -23,8 +23,8 @@ class SkyTrial {
   /// The number of directions that is expected to miss at most so much, and what it misses.
   int count(double most);
   LightError miss(int count);
-  /// LightPilots::coverage().
-  double coverage() const { return pilots_.coverage(); }
+  /// LightPilot::coverage().
+  double coverage() const { return pilot_.coverage(); }
   /// A count that was found, made larger if it is tried in vain.
   int tried(int count, double most) const;
 
@@ -32,7 +32,7 @@ class SkyTrial {
   static constexpr int few_count = 32, many_count = 128;
   const View& view_;
   const MediumDepths& depths_;
-  LightPilots pilots_;  ///< of many_count
+  LightPilot pilot_;  ///< of many_count
   LightError few_;
   std::optional<LightError> many_;  ///< what many_count misses, if it was asked for
   double rate_ = 1;                 ///< power of the number with which the error falls
@@ -49,20 +49,19 @@ struct LightChoice {
 /// and for the directions of a sky.
 class LightTrials {
  public:
-  /// `blocks`: of the first volume. `directions`: of beams that stand for a sky's, whose number is
+  /// `directions`: of beams that stand for a sky's, whose number is
   /// chosen too; else null.
-  LightTrials(const View& view, const MediumDepths& depths, const std::vector<glm::ivec3>& blocks,
-              BeamsOn beams, double rms, SkyTrial* directions = nullptr)
+  LightTrials(const View& view, const MediumDepths& depths, BeamsOn beams, double rms,
+              SkyTrial* directions = nullptr)
       : octaves_(view.scene.scatter_octaves),
         depths_(depths),
-        blocks_(blocks),
         beams_(std::move(beams)),
         rms_(rms),
         directions_(directions),
-        pilots_(view, depths, beams_) {}
+        pilot_(view, depths, beams_) {}
 
   /// What `lit` misses, as estimated.
-  LightError miss(const Medium& lit) const { return pilots_.error(lit); }
+  LightError miss(const Medium& lit) const { return pilot_.error(lit); }
 
   /// The lattice and the directions that are expected to take the least time, or exact rays. The
   /// error of a lattice that was not tried is expected from another's.
@@ -87,13 +86,12 @@ class LightTrials {
 
   int octaves_;
   const MediumDepths& depths_;
-  const std::vector<glm::ivec3>& blocks_;
   BeamsOn beams_;
   double rms_;
   SkyTrial* directions_;
   std::map<double, LightError> tried_;  ///< by spacing
   std::optional<double> ray_look_ups_;  ///< time of a ray from each voxel
-  LightPilots pilots_;
+  LightPilot pilot_;
 };
 
 }  // namespace psivox

@@ -2,14 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_set>
 
 #include "draw/light_trials.h"
 #include "field/field_index.h"
 #include "field/index_space.h"
 #include "march/light_lattice.h"
-#include "march/volume_depths.h"
 #include "scene/cuts.h"
 
 namespace psivox {
@@ -111,11 +109,11 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   if (need.rms == 0) return true;
   if (coarse_) return false;  // it may suffice, but a preview must not change later pictures
   const MediumDepths depths(view, source);
-  const LightPilots pilots(view, depths, beams_of(beams_));
+  const LightPilot pilot(view, depths, beams_of(beams_));
   // a closer camera sees more of what the sky's directions miss
   const double closer =
-      sky_coverage_ > 0 ? std::sqrt(std::max(pilots.coverage() / sky_coverage_, 1.0)) : 1;
-  error_ = sum(pilots.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
+      sky_coverage_ > 0 ? std::sqrt(std::max(pilot.coverage() / sky_coverage_, 1.0)) : 1;
+  error_ = sum(pilot.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
   return error_.rms <= need.rms;
 }
 
@@ -172,7 +170,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   for (const View& from : views) {
     SkyTrial directions(from, depths);
     const LightChoice own =
-        LightTrials(from, depths, blocks_, some, sky_share * need.rms, &directions).settled();
+        LightTrials(from, depths, some, sky_share * need.rms, &directions).settled();
     if (own.count >= sky.count) sky_coverage_ = directions.coverage();
     sky = {own.method.spacing < sky.method.spacing ? own.method : sky.method,
            std::max(sky.count, own.count),
@@ -189,9 +187,9 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
 void Lighting::settle_lights(const View& view, const MediumDepths& depths, double rms,
                              const Progress& progress) {
   const View typical = typical_view(view);
-  std::optional<LightPilots> own;  // the trials' pilots serve the typical picture
+  std::optional<LightPilot> own;  // the trials' pilots serve the typical picture
   if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
-  LightTrials trials(typical, depths, blocks_, beams_of(beams_), rms);
+  LightTrials trials(typical, depths, beams_of(beams_), rms);
   while (true) {
     const LightMethod method = trials.best().method;
     set_method(beams_, method);
@@ -210,12 +208,10 @@ void Lighting::add_sky(const View& view, int count) {
 }
 
 void Lighting::sum_up(const View& view, const MediumDepths& depths, const Progress& progress) {
-  std::vector<std::size_t> all(blocks_.size());
-  std::iota(all.begin(), all.end(), std::size_t{0});
   medium_.reset();  // not beside the next
   const LitLuminance luminance(view, beams_);
   const double volumes = double(depths.volumes());
-  medium_ = luminance.medium({blocks_, all}, depths.at(0), part_of(progress, 0, 1 / volumes));
+  medium_ = luminance.medium(blocks_, depths.at(0), part_of(progress, 0, 1 / volumes));
   light_others(
       view, beams_, [&](std::size_t volume) { return depths.at(volume); }, *medium_,
       part_of(progress, 1 / volumes, 1 - 1 / volumes));

@@ -3,7 +3,7 @@
 #include <optional>
 #include <span>
 
-#include "draw/light_pilots.h"
+#include "draw/light_pilot.h"
 #include "march/marcher.h"
 #include "psivox/draw.h"
 

@@ -2,11 +2,14 @@
 #include <array>
 #include <cstdint>
 #include <glm/matrix.hpp>
+#include <iterator>
+#include <map>
 #include <mutex>
-#include <numeric>
+#include <optional>
 
 #include "draw/part_marcher.h"
 #include "field/index_space.h"
+#include "march/light_lattice.h"
 #include "march/march_double.h"
 #include "psivox/medium.h"
 #include "reference/reference.h"
@@ -20,17 +23,16 @@ bool meets(const glm::dvec3& min, const glm::dvec3& max, const glm::dvec3& direc
   return std::max(inside.x, 0.0) <= inside.y;
 }
 
-/// The wanted blocks from which rays towards the light meet a region, a box of bricks.
-std::vector<std::size_t> behind(const Box& region, const LightBlocks& blocks,
-                                const glm::dvec3& towards) {
+/// The numbers of the blocks from which rays towards the light meet a region, a box of bricks.
+std::vector<std::size_t> behind(const Box& region, LightBlocks blocks, const glm::dvec3& towards) {
   // its cells reach a voxel beyond its bricks
   const glm::dvec3 min = 8.0 * glm::dvec3(region.min) - 1.0;
   const glm::dvec3 max = 8.0 * (glm::dvec3(region.max) + 1.0) + 1.0;
   std::vector<std::size_t> some;
-  for (const std::size_t block : blocks.wanted) {
-    const glm::dvec3 first(blocks.all[block]);
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    const glm::dvec3 first(blocks[i]);
     // the differences between a point of the region and a voxel of the block
-    if (meets(min - (first + 7.0), max - first, towards)) some.push_back(block);
+    if (meets(min - (first + 7.0), max - first, towards)) some.push_back(i);
   }
   return some;
 }
@@ -41,23 +43,29 @@ struct SentBlock {
   std::array<float, 512> depths{};
 };
 
-/// This member's depths towards blocks of another, without the blocks that its part does not hide.
-std::vector<SentBlock> depths_towards(const LightDepths& own, const Beam& beam,
-                                      std::span<const glm::ivec3> blocks,
-                                      const Progress& progress) {
-  std::vector<std::size_t> wanted(blocks.size());
-  std::iota(wanted.begin(), wanted.end(), std::size_t{0});
-  std::vector<SentBlock> found;
-  std::mutex finding;
-  const TakeLight take = [&](std::size_t, std::size_t block, std::span<const double> depths) {
+/// Adds it to a member's messages, unless all depths are 0. Several threads call it.
+class Outbox {
+ public:
+  explicit Outbox(int members) : messages_(std::size_t(members)) {}
+
+  void add(std::size_t to, std::size_t number, std::span<const double> depths) {
     if (std::ranges::all_of(depths, [](double depth) { return depth == 0; })) return;
-    const std::lock_guard lock(finding);
-    found.push_back({std::uint32_t(block), {}});
-    std::ranges::copy(depths, found.back().depths.begin());
-  };
-  own({&beam, 1}, {blocks, wanted}, take, progress);
-  return found;
-}
+    const std::lock_guard lock(adding_);
+    std::ranges::copy(
+        depths, messages_[to].emplace_back(SentBlock{std::uint32_t(number), {}}).depths.begin());
+  }
+  std::vector<SentBlock>& of(std::size_t member) { return messages_[member]; }
+  /// Sends all. Returns what each member sends to this one.
+  std::vector<std::vector<SentBlock>> exchange(Team& team) {
+    auto received = team.exchange(messages_);
+    for (auto& message : messages_) message.clear();
+    return received;
+  }
+
+ private:
+  std::mutex adding_;
+  std::vector<std::vector<SentBlock>> messages_;
+};
 
 /// Sends a message to one member. Returns what another sends to this one.
 template <typename T>
@@ -71,34 +79,179 @@ std::vector<T> pass_on(Team& team, std::vector<T> message, int to, int from) {
 /// this member's. Each computes them for the voxels that the others want and sends them, as
 /// float32; they add up, in an order that only the number of members decides.
 BeamDepths joined(Team& team, LightDepths own) {
-  return [&team, own = std::move(own)](const Beam& beam, const LightBlocks& blocks,
-                                       const TakeDepths& take, const Progress& progress) {
-    std::vector<glm::ivec3> places;
-    for (const std::size_t block : blocks.wanted) places.push_back(blocks.all[block]);
+  return [&team, own = std::move(own)](const Beam& beam, LightBlocks blocks, const TakeDepths& take,
+                                       const Progress& progress) {
+    const std::vector<glm::ivec3> places(blocks.begin(), blocks.end());
     std::vector<double> sums(512 * places.size());
     const int size = team.size(), rank = team.rank();
     // in each turn all work, each for another
     for (int turn = 0; turn < size; ++turn) {
       const int served = (rank + turn) % size, serving = (rank + size - turn) % size;
       const auto theirs = pass_on(team, places, serving, served);
-      auto found = depths_towards(own, beam, theirs, [&](double done) {
-        if (progress) progress((turn + done) / size);
-      });
-      for (const SentBlock& block : pass_on(team, std::move(found), served, serving))
+      Outbox found(1);
+      own(
+          {&beam, 1}, theirs,
+          [&](std::size_t, std::size_t block, auto depths) { found.add(0, block, depths); },
+          [&](double done) {
+            if (progress) progress((turn + done) / size);
+          });
+      for (const SentBlock& block : pass_on(team, std::move(found.of(0)), served, serving))
         for (std::size_t i = 0; i < 512; ++i)
           sums[512 * std::size_t(block.number) + i] += double(block.depths[i]);
     }
     for (std::size_t i = 0; i < places.size(); ++i)
-      take(blocks.wanted[i], std::span<const double>(sums).subspan(512 * i, 512));
+      take(i, std::span<const double>(sums).subspan(512 * i, 512));
   };
 }
+
+/// A layer of bricks across a light's axis: slabs up to `last`, and the bricks on whose faces the
+/// first slab's steps begin. One box, unless a slab has too many bricks.
+struct LightLayer {
+  int last = 0;
+  std::vector<Region> boxes;
+};
+
+/// The layer that begins with a slab, as thick as `most` bricks allow.
+LightLayer layer_from(int slab, std::span<const glm::ivec3> bricks, const Box& part,
+                      const LatticeFrame& frame, std::size_t most) {
+  std::map<int, std::size_t> counts;  // by slab
+  for (const glm::ivec3& brick : bricks) ++counts[frame.slab(8 * brick)];
+  const auto count = [&](int k) { return counts.contains(k) ? counts.at(k) : 0; };
+  LightLayer layer{slab, {}};
+  std::size_t sum = count(slab - 1) + count(slab);
+  while (layer.last + 1 < frame.slabs()) {
+    sum += count(layer.last + 1);
+    if (sum > most) break;
+    ++layer.last;
+  }
+  std::vector<glm::ivec3> inside;
+  Box box = part;
+  const auto brick_of = [&](int k) {
+    return frame.side > 0 ? (frame.first - 8 * k - 7) / 8 : frame.first / 8 + k;
+  };
+  const auto [low, high] = std::minmax({brick_of(slab - 1), brick_of(layer.last)});
+  box.min[frame.axis] = std::max(box.min[frame.axis], low);
+  box.max[frame.axis] = std::min(box.max[frame.axis], high);
+  std::ranges::copy_if(bricks, std::back_inserter(inside),
+                       [&](const glm::ivec3& brick) { return box.contains(brick); });
+  layer.boxes = Regions(std::move(inside), layer.last > slab ? bricks.size() : most, box).all();
+  return layer;
+}
+
+/// The lattices of lights along one axis, from one side, on their way through all parts of a
+/// volume. Each layer of this member's bricks is uploaded once, and what it hides of the blocks of
+/// all members is sent, some slabs at a time, as float32. The depths add up in the order of ranks.
+class PartLattices {
+ public:
+  /// What a member needs for it.
+  struct Needs {
+    Team& team;
+    Marcher& marcher;
+    const View& view;
+    std::span<const glm::ivec3> bricks;  ///< of this member's part
+    Box part = everywhere;               ///< this part
+    std::size_t most = 0;                ///< bricks that are uploaded at once
+    std::function<const MediumAtlas&(const Box& bricks)> upload;
+  };
+
+  PartLattices(const Needs& needs, std::span<const Beam> beams,
+               std::span<const LatticeFrame> frames, LightBlocks blocks, TakeLight take)
+      : needs_(needs),
+        beams_(beams),
+        frames_(frames),
+        own_(blocks),
+        take_(std::move(take)),
+        outbox_(needs.team.size()) {
+    for (const auto& places : needs.team.gather(std::vector(blocks.begin(), blocks.end()))) {
+      firsts_.push_back(places_.size());
+      places_.insert(places_.end(), places.begin(), places.end());
+    }
+    for (std::size_t beam = 0; beam < beams.size(); ++beam)
+      runs_.emplace_back(frames[beam], places_,
+                         [this, beam](std::size_t block, std::span<const double> depths) {
+                           give(beam, block, depths);
+                         });
+  }
+
+  void pass(const Progress& progress) {
+    const LatticeFrame& frame = frames_.front();
+    const int slabs = frame.slabs();
+    LightLayer layer{-1, {}};
+    for (int slab = 0; slab < slabs; ++slab) {
+      if (slab > layer.last)
+        layer = layer_from(slab, needs_.bricks, needs_.part, frame, needs_.most);
+      for (const Region& box : layer.boxes) {
+        show(box.bricks);
+        for (std::size_t i = 0; i < runs_.size(); ++i) {
+          runs_[i].add(slab, *dark_, columns_[i]);
+          if (&box == &layer.boxes.back()) runs_[i].finish(slab);
+        }
+      }
+      if (needs_.team.size() > 1 &&
+          (slab % slabs_at_once == slabs_at_once - 1 || slab + 1 == slabs))
+        join(slab - slab % slabs_at_once, slab);
+      if (progress) progress(double(slab + 1) / double(slabs));
+    }
+  }
+
+ private:
+  /// Slabs whose depths are sent at once.
+  static constexpr int slabs_at_once = 4;
+
+  /// Makes some bricks those that light passes.
+  void show(const Box& bricks) {
+    if (shown_ == bricks) return;
+    const MediumAtlas& atlas = needs_.upload(bricks);
+    dark_.emplace(frames_.front(), atlas);
+    columns_.clear();
+    for (std::size_t i = 0; i < runs_.size(); ++i)
+      columns_.push_back(needs_.marcher.light_columns(frames_[i], needs_.view, beams_[i]));
+    shown_ = bricks;
+  }
+
+  void give(std::size_t beam, std::size_t block, std::span<const double> depths) {
+    if (needs_.team.size() == 1) return take_(beam, block, depths);
+    const auto member =
+        std::upper_bound(firsts_.begin(), firsts_.end(), block) - firsts_.begin() - 1;
+    const std::size_t number = block - firsts_[std::size_t(member)];
+    outbox_.add(std::size_t(member), beam * own_.size() + number, depths);
+  }
+
+  /// Adds up what all members' parts hide of this one's blocks in some slabs.
+  void join(int first, int last) {
+    std::map<std::size_t, std::array<double, 512>> sums;
+    for (std::size_t i = 0; i < own_.size(); ++i)
+      if (const int slab = frames_.front().slab(own_[i]); slab >= first && slab <= last)
+        for (std::size_t beam = 0; beam < runs_.size(); ++beam) sums[beam * own_.size() + i] = {};
+    for (const auto& message : outbox_.exchange(needs_.team))
+      for (const SentBlock& sent : message) {
+        std::array<double, 512>& sum = sums.at(sent.number);
+        for (std::size_t i = 0; i < 512; ++i) sum[i] += double(sent.depths[i]);
+      }
+    for (const auto& [number, depths] : sums)
+      take_(number / own_.size(), number % own_.size(), depths);
+  }
+
+  const Needs& needs_;
+  std::span<const Beam> beams_;
+  std::span<const LatticeFrame> frames_;
+  LightBlocks own_;
+  TakeLight take_;
+  Outbox outbox_;
+  std::vector<glm::ivec3> places_;   ///< blocks of all members
+  std::vector<std::size_t> firsts_;  ///< of each member
+  std::vector<LatticeRun> runs_;
+  std::optional<Box> shown_;
+  std::optional<DarkCells> dark_;
+  std::vector<LatticeColumns> columns_;
+};
 
 }  // namespace
 
 LightDepths PartMarcher::light_depths(const View& view) {
   if (whole()) return marcher_.light_depths(view);
-  return [this, &view](std::span<const Beam> beams, const LightBlocks& blocks,
-                       const TakeLight& take, const Progress& progress) {
+  return [this, &view](std::span<const Beam> beams, LightBlocks blocks, const TakeLight& take,
+                       const Progress& progress) {
     const double all = double(beams.size());
     for (std::size_t first = 0, end = 0; first < beams.size(); first = end) {
       const bool exact = beams[first].method.spacing == 0;
@@ -117,103 +270,99 @@ LightDepths PartMarcher::light_depths(const View& view) {
 }
 
 LightDepths PartMarcher::depths_by_rays(const View& view) {
-  const LightDepths own = [this, &view](std::span<const Beam> beams, const LightBlocks& blocks,
+  const LightDepths own = [this, &view](std::span<const Beam> beams, LightBlocks blocks,
                                         const TakeLight& take, const Progress& progress) {
     sum_rays(view, beams, blocks, take, progress);
   };
   return team_.size() == 1 ? own : one_by_one(joined(team_, own));
 }
 
-void PartMarcher::sum_rays(const View& view, std::span<const Beam> beams, const LightBlocks& blocks,
+void PartMarcher::sum_rays(const View& view, std::span<const Beam> beams, LightBlocks blocks,
                            const TakeLight& take, const Progress& progress) {
   const std::vector<Region> regions = split_.own.all();
   // sums of depths take no more than a region's texels
   const std::size_t at_once = std::max<std::size_t>(most_bricks(), 256);
-  std::vector<std::size_t> rows(blocks.all.size());
-  std::vector<double> sums;
   double done = 0;
-  for (const Beam& beam : beams) {
+  for (std::size_t beam = 0; beam < beams.size(); ++beam) {
     const glm::dvec3 towards =
-        glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beam.direction;
-    for (std::size_t first = 0; first < blocks.wanted.size(); first += at_once) {
-      const LightBlocks some{
-          blocks.all,
-          blocks.wanted.subspan(first, std::min(at_once, blocks.wanted.size() - first))};
-      sums.assign(512 * some.wanted.size(), 0.0);
-      for (std::size_t i = 0; i < some.wanted.size(); ++i) rows[some.wanted[i]] = 512 * i;
-      const TakeLight add = [&](std::size_t, std::size_t block, std::span<const double> depths) {
-        double* sum = sums.data() + rows[block];
-        for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
-      };
+        glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beams[beam].direction;
+    for (std::size_t first = 0; first < blocks.size(); first += at_once) {
+      const LightBlocks some = blocks.subspan(first, std::min(at_once, blocks.size() - first));
+      std::vector<double> sums(512 * some.size());
       const double share =
-          double(some.wanted.size()) / double(blocks.wanted.size() * beams.size() * regions.size());
+          double(some.size()) / double(blocks.size() * beams.size() * regions.size());
       for (const Region& region : regions) {
-        const std::vector<std::size_t> behind_it = behind(region.bricks, some, towards);
+        const std::vector<std::size_t> numbers = behind(region.bricks, some, towards);
+        std::vector<glm::ivec3> behind_it;
+        for (const std::size_t number : numbers) behind_it.push_back(some[number]);
+        const TakeLight add = [&](std::size_t, std::size_t block, std::span<const double> depths) {
+          double* sum = sums.data() + 512 * numbers[block];
+          for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
+        };
         if (!behind_it.empty()) {
           upload_dark(view, region.bricks);
-          marcher_.light_depths(view)({&beam, 1}, {blocks.all, behind_it}, add, [&](double part) {
+          marcher_.light_depths(view)({&beams[beam], 1}, behind_it, add, [&](double part) {
             if (progress) progress(done + share * part);
           });
         }
         done += share;
       }
-      const auto number = std::size_t(&beam - beams.data());
-      for (const std::size_t block : some.wanted)
-        take(number, block, std::span<const double>(sums).subspan(rows[block], 512));
+      for (std::size_t i = 0; i < some.size(); ++i)
+        take(beam, first + i, std::span<const double>(sums).subspan(512 * i, 512));
     }
   }
 }
 
 LightDepths PartMarcher::depths_by_lattices(const View& view) {
-  if (team_.size() > 1)
-    return one_by_one([this, &view](const Beam& beam, const LightBlocks& blocks,
-                                    const TakeDepths& take, const Progress& progress) {
-      exchanged_lattice(view, beam, blocks, take, progress);
-    });
-  return [this, &view](std::span<const Beam> beams, const LightBlocks& blocks,
-                       const TakeLight& take, const Progress& progress) {
+  return [this, &view](std::span<const Beam> beams, LightBlocks blocks, const TakeLight& take,
+                       const Progress& progress) {
     const std::vector<glm::ivec3>& bricks = split_.own.bricks();
     // a layer is as large as a region, if they are one
     const std::size_t most = split_.own.count() == 1 ? bricks.size() : most_bricks();
-    // the picture stores light beside each texel, on host and GPU; while light is computed,
-    // lattices have one of the two
-    const double bytes = double(most * brick_texels * sizeof(float));
-    layered_depths(marcher_, view,
-                   {bricks, most, bytes, [&](const Box& box) { upload_dark(view, box); }}, beams,
-                   blocks, take, progress);
-  };
-}
-
-void PartMarcher::exchanged_lattice(const View& view, const Beam& beam, const LightBlocks& blocks,
-                                    const TakeDepths& take, const Progress& progress) {
-  const std::vector<Region> regions = split_.own.all();
-  const std::size_t most = std::ranges::max(team_.gather(regions.size()));
-  std::vector<double> sums(most > 1 ? 512 * blocks.all.size() : 0);
-  const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
-    for (std::size_t i = 0; i < 512; ++i) sums[512 * block + i] += depths[i];
-  };
-  for (std::size_t region = 0; region < most; ++region) {
-    const auto run = [&](const LatticeFrame& frame, const LatticeColumns& columns) {
-      exchanged_depths(team_, frame, columns, blocks, most > 1 ? add : take, [&](double done) {
-        if (progress) progress((double(region) + done) / double(most));
-      });
-    };
-    if (region < regions.size()) {
-      upload_dark(view, regions[region].bricks);
-      marcher_.with_lattice(view, beam, run);
-    } else {  // other members have more regions
-      run(LatticeFrame(view, build_region_atlas(view, {}, {}, 0.0), beam),
-          [](std::span<const LatticeBrick>, std::span<double> depths) {
-            std::ranges::fill(depths, 0.0);
-          });
+    const Box part =
+        team_.size() > 1 ? split_.parts.all()[std::size_t(team_.rank())].bricks : everywhere;
+    const PartLattices::Needs needs{
+        team_, marcher_, view, bricks, part, most, [&](const Box& box) -> const MediumAtlas& {
+          upload_dark(view, box);
+          return dark_;
+        }};
+    // The picture stores light beside each texel, on host and GPU. While light is computed,
+    // lattices have one of the two; those of a team go one by one.
+    const double bytes = team_.size() > 1 ? 0 : double(most * brick_texels * sizeof(float));
+    const Box domain = build_region_atlas(view, {}, {}, 0.0).density.domain;
+    std::map<std::pair<int, int>, std::vector<std::size_t>> along;
+    for (std::size_t b = 0; b < beams.size(); ++b) {
+      const LatticeFrame frame(view, domain, beams[b]);
+      along[{frame.axis, frame.side}].push_back(b);
     }
-  }
-  if (most > 1)
-    for (const std::size_t block : blocks.wanted)
-      take(block, std::span<const double>(sums).subspan(512 * block, 512));
+    double done = 0;
+    for (const auto& [way, numbers] : along)
+      for (std::size_t next = 0; next < numbers.size();) {
+        std::vector<std::size_t> some;
+        std::vector<Beam> group;
+        std::vector<LatticeFrame> frames;
+        for (double kept = 0; next < numbers.size(); ++next) {
+          const LatticeFrame frame(view, domain, beams[numbers[next]]);
+          kept += LatticeRun::bytes(frame);
+          if (!some.empty() && kept > bytes) break;
+          some.push_back(numbers[next]);
+          group.push_back(beams[numbers[next]]);
+          frames.push_back(frame);
+        }
+        const double share = double(some.size()) / double(beams.size());
+        PartLattices(needs, group, frames, blocks,
+                     [&](std::size_t beam, std::size_t block, std::span<const double> depths) {
+                       take(some[beam], block, depths);
+                     })
+            .pass([&](double fraction) {
+              if (progress) progress(done + share * fraction);
+            });
+        done += share;
+      }
+  };
 }
 
-LightPilot::Depths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas) {
+ExactDepths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas) {
   return [this, &view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
     if (atlas) return march_double_light_depths(view, *atlas, beam, voxels);
     if (team_.size() == 1) return reference_light_depths(view, beam, voxels);
@@ -228,9 +377,30 @@ LightPilot::Depths PartMarcher::exact_depths(const View& view, const MediumAtlas
   };
 }
 
-LightShare PartMarcher::light_share(std::shared_ptr<const Field> density) const {
-  const Box bricks = split_.parts.all()[std::size_t(team_.rank())].bricks;
-  return {&team_, voxels_of(bricks), std::move(density)};
+CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
+  return [this, atlas](const View& view, std::span<const glm::dvec2> places, double most) {
+    if (atlas) return crossed_cells(view, *atlas, places, most);
+    struct Sent {
+      std::uint32_t ray;
+      Crossed cell;
+    };
+    std::vector<Sent> own;
+    for (const Region& region : split_.own.all()) {
+      upload_dark(view, region.bricks);
+      const auto cells = crossed_cells(view, dark_, places, most);
+      for (std::size_t ray = 0; ray < cells.size(); ++ray)
+        for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
+    }
+    std::vector<std::vector<Crossed>> all(places.size());
+    for (const auto& some : team_.gather(own))
+      for (const Sent& sent : some) all[sent.ray].push_back(sent.cell);
+    for (std::vector<Crossed>& ray : all) std::ranges::sort(ray, std::less{}, &Crossed::front);
+    return all;
+  };
+}
+
+LightShare PartMarcher::light_share() const {
+  return {&team_, voxels_of(split_.parts.all()[std::size_t(team_.rank())].bricks)};
 }
 
 }  // namespace psivox

@@ -8,7 +8,6 @@
 #include "atlas/regions.h"
 #include "draw/lighting.h"
 #include "march/carried_light.h"
-#include "march/light_lattice.h"
 #include "march/marcher.h"
 #include "psivox/team.h"
 
@@ -68,9 +67,11 @@ class PartMarcher {
   LightDepths light_depths(const View& view);
   /// Exact depths from some voxels, the same in all members. `atlas` is the whole's, if it is
   /// there.
-  LightPilot::Depths exact_depths(const View& view, const MediumAtlas* atlas);
-  /// What this member has of the medium; `density` is the whole density.
-  LightShare light_share(std::shared_ptr<const Field> density) const;
+  ExactDepths exact_depths(const View& view, const MediumAtlas* atlas);
+  /// What rays cross of the whole, the same in all members.
+  CrossedCells crossed(const MediumAtlas* atlas);
+  /// What this member has of the medium.
+  LightShare light_share() const;
 
  private:
   /// Adds what the rays collect in this member's regions.
@@ -83,10 +84,8 @@ class PartMarcher {
   LightDepths depths_by_rays(const View& view);
   LightDepths depths_by_lattices(const View& view);
   /// Sums of exact depths over this member's regions.
-  void sum_rays(const View& view, std::span<const Beam> beams, const LightBlocks& blocks,
+  void sum_rays(const View& view, std::span<const Beam> beams, LightBlocks blocks,
                 const TakeLight& take, const Progress& progress);
-  void exchanged_lattice(const View& view, const Beam& beam, const LightBlocks& blocks,
-                         const TakeDepths& take, const Progress& progress);
   /// Bricks of the largest region.
   std::size_t most_bricks() const;
   /// Uploads a box of bricks for light, if it is not uploaded.
@@ -102,28 +101,5 @@ class PartMarcher {
   std::optional<Box> uploaded_;  ///< these bricks
   std::optional<double> greatest_;
 };
-
-/// The parts of a volume that a lattice passes by: layers of bricks across the axis along which
-/// light advances fastest.
-struct PassingLayers {
-  std::span<const glm::ivec3> bricks;             ///< of the volume
-  std::size_t most = 0;                           ///< bricks that are uploaded at once
-  double bytes = 0;                               ///< that the lattices of several lights may keep
-  std::function<void(const Box& bricks)> upload;  ///< uploads a box of bricks for light
-};
-
-/// Depths towards beams with lattices. Each layer is uploaded once for as many lights as memory
-/// allows, and each light's LatticeRun carries its columns from layer to layer. The depths of a
-/// layer of several boxes add up.
-void layered_depths(Marcher& marcher, const View& view, const PassingLayers& layers,
-                    std::span<const Beam> beams, const LightBlocks& blocks, const TakeLight& take,
-                    const Progress& progress);
-
-/// Depths at this member's blocks, of what the atlases of all members hide. `frame` and `columns`
-/// belong to this member's atlas. All members call it for the same beam. Some slabs at a time,
-/// each computes the columns through its own atlas and sends the others what they need of them, as
-/// float32; they add up in the order of ranks, and a LatticeRun carries them from the light on.
-void exchanged_depths(Team& team, const LatticeFrame& frame, const LatticeColumns& columns,
-                      const LightBlocks& blocks, const TakeDepths& take, const Progress& progress);
 
 }  // namespace psivox

@@ -150,8 +150,8 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
   const MediumAtlas* dark = parts.marches_whole() ? &bricks(times) : nullptr;
   std::optional<LightSource> source(
       {[&](const View& from) { return parts.light_depths(from); },
-       [&](const View& from) { return parts.exact_depths(from, dark); }, dark,
-       parts.light_share(unlit.density)});
+       [&](const View& from) { return parts.exact_depths(from, dark); }, parts.crossed(dark), dark,
+       parts.light_share()});
   const Stopwatch watch;
   bool served = false;
   parts.team().agree([&] {

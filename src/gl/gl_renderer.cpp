@@ -25,7 +25,7 @@ class LightPass {
   /// until the last use.
   LightPass(const MarchSetup& setup, const GridTextures& textures, const MarchProgram& program);
 
-  void depths(const LightBlocks& blocks, const TakeDepths& take, const Progress& progress);
+  void depths(LightBlocks blocks, const TakeDepths& take, const Progress& progress);
   /// Rays that stood still before their end.
   std::uint64_t stuck() const { return stuck_; }
 
@@ -50,28 +50,27 @@ LightPass::LightPass(const MarchSetup& setup, const GridTextures& textures,
   march_.program().set("blocks_first", int(setup_.tables.size()));
 }
 
-void LightPass::depths(const LightBlocks& blocks, const TakeDepths& take,
-                       const Progress& progress) {
+void LightPass::depths(LightBlocks blocks, const TakeDepths& take, const Progress& progress) {
   textures_.bind(march_);
   std::vector<glm::vec4> picture(std::size_t(side) * side);
-  in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
+  in_batches(blocks, progress, [&](std::size_t first, std::size_t end) {
     std::vector<glm::vec4> entries = setup_.tables;
-    for (const std::size_t block : some)
-      entries.emplace_back(glm::vec3(blocks.all[block] - setup_.origin), 0.f);
+    for (std::size_t block = first; block < end; ++block)
+      entries.emplace_back(glm::vec3(blocks[block] - setup_.origin), 0.f);
     const Tables tables(entries);
     tables.bind(MarchProgram::tables_unit);
-    const int rows = int(some.size());
+    const int rows = int(end - first);
     const int passes =
         target_.draw_passes(march_, side, rows, [&] { pixels_.run(march_.program(), side, rows); });
     target_.bind((passes - 1) & 1);
     target_.read_picture(side, rows, picture.data(), side);
     std::vector<double> depths(side);
-    for (std::size_t k = 0; k < some.size(); ++k) {
+    for (std::size_t k = 0; k < end - first; ++k) {
       for (std::size_t i = 0; i < side; ++i) {
         depths[i] = double(picture[k * side + i].x);
         stuck_ += picture[k * side + i].w > 0;
       }
-      take(some[k], depths);
+      take(first + k, depths);
     }
   });
 }
@@ -161,14 +160,14 @@ void GlRenderer::upload(const MediumAtlas& atlas, Filter filter) {
 }
 
 LightDepths GlRenderer::light_depths(const View& view) {
-  return one_by_one([&view, this](const Beam& beam, const LightBlocks& blocks,
-                                  const TakeDepths& take, const Progress& progress) {
-    if (beam.method.spacing > 0)
-      return with_lattice(view, beam,
-                          [&](const LatticeFrame& frame, const LatticeColumns& columns) {
-                            lattice_depths(frame, blocks, columns, take, progress);
-                          });
+  return one_by_one([&view, this](const Beam& beam, LightBlocks blocks, const TakeDepths& take,
+                                  const Progress& progress) {
     Impl& impl = *impl_;
+    if (beam.method.spacing > 0) {
+      const MediumAtlas& atlas = impl.given(Filter::exact, light_needs);
+      const LatticeFrame frame(view, atlas.density.domain, beam);
+      return lattice_depths(frame, atlas, blocks, light_columns(frame, view, beam), take, progress);
+    }
     const gl::GridTextures& textures = impl.uploaded(Filter::exact, light_needs);
     MarchSetup setup = make_march_setup(light_march(view, beam), textures.atlas());
     const gl::MarchProgram& program = impl.program(textures.key(setup), "light.frag");
@@ -179,10 +178,9 @@ LightDepths GlRenderer::light_depths(const View& view) {
   });
 }
 
-void GlRenderer::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {
-  const MediumAtlas& atlas = impl_->given(Filter::exact, light_needs);
-  const LatticeFrame frame(view, atlas, beam);
-  use(frame, light_columns<float>(frame, view, atlas, beam));
+LatticeColumns GlRenderer::light_columns(const LatticeFrame& frame, const View& view,
+                                         const Beam& beam) {
+  return psivox::light_columns<float>(frame, view, impl_->given(Filter::exact, light_needs), beam);
 }
 
 RenderResult GlRenderer::render(const View& view, const RenderOptions& options) {

@@ -19,7 +19,8 @@ class GlRenderer : public Marcher {
   /// Copies the atlas to the GPU. Throws Error(graphics).
   void upload(const MediumAtlas& atlas, Filter filter = Filter::exact) override;
   LightDepths light_depths(const View& view) override;
-  void with_lattice(const View& view, const Beam& beam, const UseLattice& use) override;
+  LatticeColumns light_columns(const LatticeFrame& frame, const View& view,
+                               const Beam& beam) override;
   RenderResult render(const View& view, const RenderOptions& options = {}) override;
   void release() override;
 

@@ -41,16 +41,16 @@ struct Place {
   }
 };
 
-/// The places of a brick's columns along one axis across the light.
-template <typename Real>
+/// The places of N columns along one axis across the light.
+template <typename Real, std::size_t N>
 struct Places {
-  std::array<int, lattice_columns> cell;
-  std::array<Real, lattice_columns> part;
+  std::array<int, N> cell;
+  std::array<Real, N> part;
   bool consecutive = true;  ///< whether each column is in the cell after the previous one's
 
   /// `spacing` apart from `at` on, each in the nearest cell of [first, end) if it is in none.
   Places(double at, double spacing, int first, int end, bool nearest) {
-    for (std::size_t k = 0; k < lattice_columns; ++k) {
+    for (std::size_t k = 0; k < N; ++k) {
       const Place place(at + double(k) * spacing, first, end, nearest);
       cell[k] = place.cell;
       part[k] = Real(place.part);
@@ -99,27 +99,14 @@ class Values {
   }
 
   bool all_stored() const { return all_stored_; }
-  /// Whether the cell of a place is stored.
-  bool has(const Place& along, const Place& u, const Place& v) const {
-    if (all_stored_) return true;
-    const Plane& plane = planes_[std::size_t(along.cell - first_)];
-    return is_stored_[plane.at(u.cell, v.cell)] != 0;
-  }
-
-  Real at(const Place& along, const Place& u, const Place& v) const {
-    const Real near = in_plane(planes_[std::size_t(along.cell - first_)], u, v);
-    if (along.part == 0) return near;
-    const Real far = in_plane(planes_[std::size_t(along.cell + 1 - first_)], u, v);
-    return near + (far - near) * Real(along.part);
-  }
-
-  /// At all of a brick's columns, v fastest.
-  void at(const Place& along, const Places<Real>& u, const Places<Real>& v, Real* to) const {
+  /// At N x N columns, v fastest.
+  template <std::size_t N>
+  void at(const Place& along, const Places<Real, N>& u, const Places<Real, N>& v, Real* to) const {
     const Plane& near = planes_[std::size_t(along.cell - first_)];
     const Plane* const far = along.part == 0 ? nullptr : &near + 1;
-    Row low{}, high{}, beyond;
+    std::array<Real, N> low{}, high{}, beyond;
     int cell = 0;
-    for (std::size_t i = 0; i < lattice_columns; ++i, to += lattice_columns) {
+    for (std::size_t i = 0; i < N; ++i, to += N) {
       if (i == 0 || u.cell[i] != cell) {
         if (i > 0 && u.cell[i] == cell + 1)
           low = high;
@@ -128,13 +115,13 @@ class Values {
         cell = u.cell[i];
         along_v(near, far, Real(along.part), cell + 1, v, high, beyond);
       }
-      for (std::size_t k = 0; k < lattice_columns; ++k)
-        to[k] = low[k] + (high[k] - low[k]) * u.part[i];
+      for (std::size_t k = 0; k < N; ++k) to[k] = low[k] + (high[k] - low[k]) * u.part[i];
     }
   }
 
-  /// Whether the cells of a brick's columns are stored. Returns whether all are.
-  bool has(const Place& along, const Places<Real>& u, const Places<Real>& v, bool* to) const {
+  /// Whether their cells are stored. Returns whether all are.
+  template <std::size_t N>
+  bool has(const Place& along, const Places<Real, N>& u, const Places<Real, N>& v, bool* to) const {
     const Plane& plane = planes_[std::size_t(along.cell - first_)];
     bool all = true;
     for (const int u_cell : u.cell)
@@ -158,38 +145,30 @@ class Values {
     }
   };
 
-  using Row = std::array<Real, lattice_columns>;
-
   /// Values at a row of columns, which are between voxels along v but not along u; between two
   /// planes unless `far` is null.
-  void along_v(const Plane& near, const Plane* far, Real part, int u, const Places<Real>& v,
-               Row& to, Row& beyond) const {
+  template <std::size_t N>
+  void along_v(const Plane& near, const Plane* far, Real part, int u, const Places<Real, N>& v,
+               std::array<Real, N>& to, std::array<Real, N>& beyond) const {
     between(values_.data() + near.at(u, v.cell[0]), v, to);
     if (!far) return;
     between(values_.data() + far->at(u, v.cell[0]), v, beyond);
-    for (std::size_t k = 0; k < lattice_columns; ++k) to[k] += (beyond[k] - to[k]) * part;
+    for (std::size_t k = 0; k < N; ++k) to[k] += (beyond[k] - to[k]) * part;
   }
 
-  static void between(const float* from, const Places<Real>& v, Row& to) {
+  template <std::size_t N>
+  static void between(const float* from, const Places<Real, N>& v, std::array<Real, N>& to) {
     if (v.consecutive)
-      for (std::size_t k = 0; k < lattice_columns; ++k)
+      for (std::size_t k = 0; k < N; ++k)
         to[k] = Real(from[k]) + (Real(from[k + 1]) - Real(from[k])) * v.part[k];
     else
-      for (std::size_t k = 0; k < lattice_columns; ++k) {
+      for (std::size_t k = 0; k < N; ++k) {
         const float* const low = from + (v.cell[k] - v.cell[0]);
         to[k] = Real(low[0]) + (Real(low[1]) - Real(low[0])) * v.part[k];
       }
   }
 
   static bool stored(const Node& node) { return node.kind != glsl::AtlasMarch::NODE_EMPTY; }
-
-  Real in_plane(const Plane& plane, const Place& u, const Place& v) const {
-    const float* low = values_.data() + plane.at(u.cell, v.cell);
-    const float* high = low + plane.width;
-    const Real a = Real(low[0]) + (Real(high[0]) - Real(low[0])) * Real(u.part);
-    const Real b = Real(low[1]) + (Real(high[1]) - Real(low[1])) * Real(u.part);
-    return a + (b - a) * Real(v.part);
-  }
 
   /// The voxel, brick or size with those components along the frame's axes.
   glm::ivec3 turned(int along, int u, int v) const {

@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
 #include <functional>
+#include <glm/common.hpp>
 #include <map>
-#include <optional>
 #include <unordered_map>
 
-#include "march/lattice_tiles.h"
+#include "field/leaf_values.h"
+#include "march/light_lattice.h"
 
 namespace psivox {
 namespace light_tiles {
@@ -17,8 +17,6 @@ namespace light_tiles {
 /// Columns whose depths a voxel's is interpolated from, along each axis: a cubic through the four
 /// (Catmull and Rom 1974), the voxel between the middle two.
 constexpr std::size_t taps = 4;
-/// Bricks that are asked for at once.
-constexpr std::size_t bricks_at_once = 256;
 
 using Row = std::array<double, 8>;
 
@@ -67,77 +65,130 @@ struct Taps {
   }
 };
 
-/// Depths of a tile in a row: those of a brick, behind the slice before.
-constexpr int row_depths = lattice_depths_of_brick + lattice_columns * lattice_columns;
+/// Depths of 0, of a slice and of a brick.
+constexpr std::array<double, lattice_depths_of_brick> nothing{};
 
-/// Rows of a slab's tiles whose columns are asked for together.
-struct Piece {
-  SlabTiles* slab;
-  std::size_t first, end;  ///< tiles
+/// A tile of columns in a slab: its depths in the slice before, and what each of the slab's slices
+/// adds to them.
+struct Tile {
+  const double* before = nothing.data();
+  const double* own = nothing.data();
+
+  bool is_clear() const { return before == nothing.data() && own == nothing.data(); }
 };
 
-/// Columns from the light to a slab and through it.
-class Columns {
+/// Tiles across the light by their numbers, both ends inclusive. A tile is the columns of a brick,
+/// which are as many as the voxels of a block.
+struct TileRange {
+  glm::ivec2 min{0}, max{-1};
+
+  glm::ivec2 size() const { return glm::max(max - min + 1, 0); }
+  std::size_t count() const { return std::size_t(size().x) * std::size_t(size().y); }
+  bool contains(const glm::ivec2& tile) const { return glm::clamp(tile, min, max) == tile; }
+  std::size_t index(const glm::ivec2& tile) const {
+    return std::size_t(tile.x - min.x) * std::size_t(size().y) + std::size_t(tile.y - min.y);
+  }
+  void each(const auto& visit) const {
+    for (int x = min.x; x <= max.x; ++x)
+      for (int y = min.y; y <= max.y; ++y) visit(glm::ivec2(x, y));
+  }
+};
+
+TileRange common(const TileRange& a, const TileRange& b) {
+  return {glm::max(a.min, b.min), glm::min(a.max, b.max)};
+}
+
+/// The least and the greatest number, not whole, of the columns through a box between two slices.
+std::array<glm::dvec2, 2> columns_between(const LatticeFrame& frame, const glm::dvec2& low,
+                                          const glm::dvec2& high, int first_slice, int last_slice) {
+  return {glm::min(frame.column(low, first_slice), frame.column(low, last_slice)),
+          glm::max(frame.column(high, first_slice), frame.column(high, last_slice))};
+}
+
+/// Tiles from which voxels between two columns are interpolated.
+TileRange tiles_around(const std::array<glm::dvec2, 2>& columns) {
+  return {(glm::ivec2(glm::floor(columns[0])) - 1) >> 3,
+          (glm::ivec2(glm::floor(columns[1])) + 2) >> 3};
+}
+
+/// The tiles whose columns meet the domain: no others attenuate.
+TileRange tiles_of(const LatticeFrame& frame) {
+  return tiles_around(columns_between(frame, frame.across(frame.domain.min),
+                                      frame.across(frame.domain.max), -1, 8 * frame.slabs()));
+}
+
+/// Those that a block's voxels are interpolated from.
+TileRange tiles_of(const LatticeFrame& frame, const glm::ivec3& block) {
+  const glm::dvec2 low(frame.across(block));
+  const int first_slice = 8 * frame.slab(block);
+  return tiles_around(columns_between(frame, low, low + 7.0, first_slice, first_slice + 7));
+}
+
+/// Those with columns through cells in a slab.
+TileRange tiles_through(const LatticeFrame& frame, const CellCube& cube, int slab) {
+  constexpr double rounding = 1e-3;  // of float32
+  const glm::dvec2 low(frame.across(cube.corner));
+  const int z = cube.corner[frame.axis], far = z + cube.width;
+  const int first = std::max(std::min(frame.slice(z), frame.slice(far)), 8 * slab - 1);
+  const int last = std::min(std::max(frame.slice(z), frame.slice(far)), 8 * slab + 7);
+  const auto [least, most] = columns_between(frame, low, low + double(cube.width), first, last);
+  return {glm::ivec2(glm::ceil(least - rounding)) >> 3,
+          glm::ivec2(glm::floor(most + rounding)) >> 3};
+}
+
+/// Another volume's voxels in a lattice: the numbers, not whole, of columns along axis_u and axis_v
+/// and of slices.
+class VoxelPlaces {
  public:
-  /// Turns `own`, depths from the start of each dark brick, into `depths`, from the light on, for
-  /// all tiles of the piece. Returns the rest of `own`, which belongs to other pieces.
-  std::span<const double> join(const Piece& piece, std::span<const double> own, double* depths) {
-    for (std::size_t tile = piece.first; tile < piece.end; ++tile) {
-      const bool dark = piece.slab->is_dark(tile);
-      add(carries_[piece.slab->tiles()[tile]], dark ? own.data() : nullptr, depths);
-      if (dark) own = own.subspan(lattice_depths_of_brick);
-      depths += row_depths;
-    }
-    return own;
+  VoxelPlaces(const LatticeFrame& frame, const glm::dmat4& to_index) {
+    const auto turned = [&](const glm::dvec3& way) {
+      const double slices = -frame.side * way[frame.axis];
+      const glm::dvec2 across(way[frame.axis_u], way[frame.axis_v]);
+      return glm::dvec3((across + slices * frame.shear) / frame.spacing, slices);
+    };
+    glm::dvec3 corner;  // of column 0 and slice 0
+    corner[frame.axis] = frame.first;
+    corner[frame.axis_u] = frame.origin.x;
+    corner[frame.axis_v] = frame.origin.y;
+    first_ = turned(glm::dvec3(to_index[3]) - corner);
+    for (int i = 0; i < 3; ++i) steps_[i] = turned(glm::dvec3(to_index[i]));
   }
 
-  /// Forgets columns that have left the volume: tiles move along the shear from slab to slab.
-  void forget(const LatticeFrame& frame, const SlabTiles& slab) {
-    if (carries_.size() < 2 * slab.tiles().size() + 1024) return;
-    const glm::dvec2 low = glm::dvec2(frame.across(frame.domain.min)) - 9.0;
-    const glm::dvec2 high = glm::dvec2(frame.across(frame.domain.max)) + 9.0;
-    const glm::ivec2 least = glm::ivec2(glm::floor(frame.column(low, slab.first_slice()))) >> 3;
-    const glm::ivec2 most = glm::ivec2(glm::floor(frame.column(high, slab.first_slice()))) >> 3;
-    std::erase_if(carries_, [&](const auto& entry) {
-      for (int axis = 0; axis < 2; ++axis) {
-        const int at = entry.first[axis];
-        if (frame.shear[axis] >= 0 ? at < least[axis] - 2 : at > most[axis] + 2) return true;
-      }
-      return false;
-    });
+  glm::dvec3 at(const glm::ivec3& voxel) const { return first_ + steps_ * glm::dvec3(voxel); }
+  /// Least and greatest places of a block's voxels.
+  std::array<glm::dvec3, 2> of_block(const glm::ivec3& block) const {
+    glm::dvec3 low = at(block), high = low;
+    for (int i = 0; i < 3; ++i) {
+      low += glm::min(7.0 * steps_[i], glm::dvec3(0));
+      high += glm::max(7.0 * steps_[i], glm::dvec3(0));
+    }
+    constexpr double rounding = 1e-6;
+    return {low - rounding, high + rounding};
   }
 
  private:
-  using Carry = std::array<double, lattice_columns * lattice_columns>;
-
-  /// `own` is null where nothing attenuates.
-  static void add(Carry& carry, const double* own, double* to) {
-    to = std::ranges::copy(carry, to).out;
-    for (int slice = 0; slice < lattice_slices; ++slice, to += carry.size()) {
-      if (own)
-        std::ranges::transform(carry, std::span(own, carry.size()), to, std::plus());
-      else
-        std::ranges::copy(carry, to);
-      if (own) own += carry.size();
-    }
-    std::copy_n(to - carry.size(), carry.size(), carry.begin());
-  }
-
-  std::unordered_map<glm::ivec2, Carry, ColumnHash> carries_;
+  glm::dvec3 first_{0};  ///< place of voxel 0
+  glm::dmat3 steps_{1};
 };
 
-/// Interpolates the voxels of one block.
+/// The tiles that a block is interpolated from; of others the depths are 0.
+struct BlockTiles {
+  TileRange range;
+  std::vector<Tile> tiles;  ///< axis_v fastest
+
+  /// The tile of a column.
+  Tile of(int i, int j) const {
+    const glm::ivec2 at(i >> 3, j >> 3);
+    return range.contains(at) ? tiles[range.index(at)] : Tile{};
+  }
+  bool are_clear() const { return std::ranges::all_of(tiles, &Tile::is_clear); }
+};
+
+/// Interpolates the voxels of a block of the density.
 class BlockDepths {
  public:
-  /// `slab` has the depths of the block's tiles.
-  BlockDepths(const LatticeFrame& frame, const SlabTiles& slab, const glm::ivec3& block)
-      : frame_(frame),
-        range_(tiles_of(frame, block, slab.first_slice())),
-        block_(block),
-        first_slice_(slab.first_slice()) {
-    for (int x = range_.min.x; x <= range_.max.x; ++x)
-      for (int y = range_.min.y; y <= range_.max.y; ++y) tiles_.push_back(slab.depths({x, y}));
-  }
+  BlockDepths(const LatticeFrame& frame, const BlockTiles& tiles, const glm::ivec3& block)
+      : frame_(frame), tiles_(tiles), block_(block) {}
 
   /// 512 depths, z fastest.
   void write(double* to) {
@@ -148,20 +199,21 @@ class BlockDepths {
   /// Depths of the columns from `first` on, axis_v fastest.
   void gather(int n, const glm::ivec2& first, const glm::ivec2& size) {
     patch_.resize(std::size_t(size.x) * std::size_t(size.y));
-    const glm::ivec2 tiles = range_.size(), end = first + size;
+    const glm::ivec2 end = first + size;
     double* to = patch_.data();
-    for (int i = first.x; i < end.x; ++i) {
-      const int row = ((i >> 3) - range_.min.x) * tiles.y - range_.min.y;
+    for (int i = first.x; i < end.x; ++i)
       for (int j = first.y, next = j; j < end.y; j = next) {
         next = std::min((j | 7) + 1, end.y);
-        const double* tile = tiles_[std::size_t(row + (j >> 3))];
-        to = std::copy_n(tile + (n * 8 + (i & 7)) * 8 + (j & 7), next - j, to);
+        const Tile tile = tiles_.of(i, j);
+        const int column = (i & 7) * lattice_columns + (j & 7);
+        const double* const before = tile.before + column;
+        const double* const own = tile.own + n * lattice_depths_of_slice + column;
+        for (int k = 0; k < next - j; ++k) *to++ = before[k] + own[k];
       }
-    }
   }
 
   void write_slice(int n, double* to) {
-    const int slice = first_slice_ + n;
+    const int slice = 8 * frame_.slab(block_) + n;
     const glm::dvec2 corner(frame_.across(block_));
     const auto column = [&](int k) { return frame_.column(corner + double(k), slice); };
     const Taps u([&](int k) { return column(k).x; }), v([&](int k) { return column(k).y; });
@@ -185,28 +237,18 @@ class BlockDepths {
   }
 
   const LatticeFrame& frame_;
-  TileRange range_;
+  const BlockTiles& tiles_;
   glm::ivec3 block_;
-  int first_slice_;
-  std::vector<const double*> tiles_;  ///< of range_, axis_v fastest
-  std::vector<double> patch_;         ///< of columns, axis_v fastest
-  std::vector<Row> rows_;             ///< at voxels along axis_v
+  std::vector<double> patch_;  ///< of columns, axis_v fastest
+  std::vector<Row> rows_;      ///< at voxels along axis_v
 };
 
 /// Interpolates voxels of another volume: across columns as those of a block, along them by the
 /// cubic through four slices or, at a slab's ends, the parabola through three.
 class PlacedDepths {
  public:
-  PlacedDepths(const SlabTiles& slab, const TileRange& range, const VoxelPlaces& places)
-      : slab_(slab.slab()), range_(range), places_(places) {
-    for (int x = range.min.x; x <= range.max.x; ++x)
-      for (int y = range.min.y; y <= range.max.y; ++y) {
-        const double* depths = slab.depths({x, y});
-        const bool clear = std::all_of(depths - columns, depths + lattice_depths_of_brick,
-                                       [](double depth) { return depth == 0; });
-        tiles_.push_back(clear ? nullptr : depths);
-      }
-  }
+  PlacedDepths(const VoxelPlaces& places, const BlockTiles& tiles, int slab, bool is_last)
+      : places_(places), tiles_(tiles), slab_(slab), is_last_(is_last) {}
 
   /// The depths of a block's 512 voxels, z fastest; 0 of those that belong to other slabs.
   void write(const glm::ivec3& block, double* to) const {
@@ -214,15 +256,10 @@ class PlacedDepths {
   }
 
  private:
-  static constexpr int columns = lattice_columns * lattice_columns;
-
   double at(const glm::dvec3& place) const {
-    const double from_slab = place.z - (slab_.first_slice - 1);
-    if (!(from_slab > 0) || place.z > slab_.end) return 0;
-    const glm::dvec2 low(8 * range_.min), high(8 * range_.max + 8);
-    if (!(place.x > low.x - 2 && place.y > low.y - 2 && place.x < high.x + 1 &&
-          place.y < high.y + 1))
-      return 0;
+    const double from_slab = place.z - (8 * slab_ - 1);
+    // behind the last slab nothing attenuates
+    if (!(from_slab > 0) || (from_slab > lattice_slices && !is_last_)) return 0;
     const Tap u(place.x), v(place.y);
     const double along = std::min(from_slab, double(lattice_slices));
     const int slice = std::min(int(along), lattice_slices - 1);
@@ -243,196 +280,211 @@ class PlacedDepths {
 
   /// The depth in a slice, counted from the one before the slab.
   double across(const Tap& u, const Tap& v, int slice) const {
-    const int last = v.first + int(taps) - 1, row = range_.size().y;
     double sum = 0;
+    const int end = v.first + int(taps);
     for (int a = 0; a < int(taps); ++a) {
-      const int i = u.first + a, x = (i >> 3) - range_.min.x;
-      if (x < 0 || (i >> 3) > range_.max.x) continue;
+      const int i = u.first + a;
       double own = 0;
-      for (int j = v.first; j <= last;) {
-        const int y = (j >> 3) - range_.min.y, end = std::min((j | 7), last);
-        const bool inside = y >= 0 && y < row;
-        const double* const tile = inside ? tiles_[std::size_t(x * row + y)] : nullptr;
-        if (tile) {
-          const double* from = tile + (slice - 1) * columns + (i & 7) * lattice_columns;
-          for (int k = j; k <= end; ++k) own += v.weights[std::size_t(k - v.first)] * from[k & 7];
-        }
-        j = end + 1;
+      for (int j = v.first, next = j; j < end; j = next) {
+        next = std::min((j | 7) + 1, end);
+        const Tile tile = tiles_.of(i, j);
+        if (tile.is_clear()) continue;
+        const int column = (i & 7) * lattice_columns + (j & 7);
+        const double* const before = tile.before + column;
+        const double* const in_slab =
+            slice > 0 ? tile.own + (slice - 1) * lattice_depths_of_slice + column : nothing.data();
+        for (int k = 0; k < next - j; ++k)
+          own += v.weights[std::size_t(j + k - v.first)] * (before[k] + in_slab[k]);
       }
       sum += u.weights[std::size_t(a)] * own;
     }
     return sum;
   }
 
-  const LightSlab& slab_;
-  TileRange range_;
   const VoxelPlaces& places_;
-  std::vector<const double*> tiles_;  ///< of range_, axis_v fastest; null: depths of 0
+  const BlockTiles& tiles_;
+  int slab_;
+  bool is_last_;
 };
 
-/// For each tile that wanted blocks are interpolated from, the first slice of the last such slab.
-TileNumbers last_slabs(const WantedBlocks& wanted, const LightSlabs& slabs) {
-  TileNumbers last;
-  for (const LightSlab& slab : slabs.all())
-    for (const std::uint32_t block : slab.wanted) {
-      const TileRange range = wanted.tiles(block, slab);
-      for (int x = range.min.x; x <= range.max.x; ++x)
-        for (int y = range.min.y; y <= range.max.y; ++y) last[{x, y}] = slab.first_slice;
-    }
-  return last;
-}
+constexpr std::size_t nowhere = ~std::size_t{0};
+using Slice = std::array<double, lattice_depths_of_slice>;
 
-void WantedBlocks::depths(std::size_t block, const SlabTiles& slab, double* to) const {
-  if (places_)
-    PlacedDepths(slab, tiles(block, slab.slab()), *places_).write(blocks_.placed->all[block], to);
-  else
-    BlockDepths(frame_, slab, blocks_.all[block]).write(to);
-}
+/// A tile on its way through the slabs.
+struct TileRun {
+  glm::ivec2 number{0};
+  int last = -1;                    ///< the last slab that needs it
+  int mark = -1;                    ///< the turn in which it was found to be dark
+  std::size_t place = nowhere;      ///< of its depths among those found in the slab
+  std::unique_ptr<Slice> before{};  ///< depths before the slab; null: 0
+};
+
+struct NumberHash {
+  std::size_t operator()(const glm::ivec2& v) const {
+    const std::uint64_t key =
+        std::uint64_t(std::uint32_t(v.x)) << 32 | std::uint64_t(std::uint32_t(v.y));
+    return std::size_t((key * 0x9E3779B97F4A7C15ull) >> 17);
+  }
+};
+
+/// What a run keeps.
+struct Columns {
+  Columns(const LatticeFrame& of, LightBlocks all, TakeDepths taken, const glm::dmat4* to_index)
+      : frame(of), blocks(all), take(std::move(taken)), range(tiles_of(frame)) {
+    if (to_index) placed.emplace(frame, *to_index);
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const auto [from, to] = slabs_of(blocks[i]);
+      for (int slab = from; slab <= to; ++slab) slabs[slab].wanted.push_back(i);
+      tiles(blocks[i]).each([&, last = to](const glm::ivec2& number) {
+        TileRun& run = runs[number];
+        run.number = number;
+        run.last = std::max(run.last, last);
+      });
+    }
+    for (auto& [number, run] : runs)
+      if (run.last >= 0) slabs[run.last].ending.push_back(&run);
+  }
+
+  /// The first and the last slab that a block reaches into.
+  std::array<int, 2> slabs_of(const glm::ivec3& block) const {
+    if (!placed) return {frame.slab(block), frame.slab(block)};
+    const auto [low, high] = placed->of_block(block);
+    const auto slab = [&](double slice) {
+      return int(std::clamp(std::ceil((slice + 1) / 8) - 1, -1.0, double(frame.slabs() - 1)));
+    };
+    return {std::max(slab(low.z), 0), slab(high.z)};
+  }
+
+  TileRange tiles(const glm::ivec3& block) const {
+    if (!placed) return common(tiles_of(frame, block), range);
+    const auto [low, high] = placed->of_block(block);
+    return common(tiles_around({glm::dvec2(low), glm::dvec2(high)}), range);
+  }
+
+  Tile tile_at(const glm::ivec2& number) const {
+    Tile tile;
+    const TileRun& run = runs.at(number);
+    if (run.before) tile.before = run.before->data();
+    if (run.place != nowhere) tile.own = found.data() + run.place;
+    return tile;
+  }
+
+  /// The needed tiles with columns through dark cells.
+  std::vector<TileRun*> tiles_through_dark(int slab, const DarkCells& cells) {
+    std::vector<TileRun*> some;
+    for (const CellCube& cube : cells.in(slab))
+      common(tiles_through(frame, cube, slab), range).each([&](const glm::ivec2& number) {
+        const auto tile = runs.find(number);
+        if (tile == runs.end() || tile->second.last < slab || tile->second.mark == turn) return;
+        tile->second.mark = turn;
+        some.push_back(&tile->second);
+      });
+    ++turn;
+    std::ranges::sort(some, [](const TileRun* a, const TileRun* b) {
+      return a->number.x != b->number.x ? a->number.x < b->number.x : a->number.y < b->number.y;
+    });
+    return some;
+  }
+
+  void give(int slab) const {
+    const std::vector<std::size_t>& some = slabs.at(slab).wanted;
+    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
+      const glm::ivec3& block = blocks[some[k]];
+      BlockTiles of_block{tiles(block), {}};
+      of_block.range.each([&](const glm::ivec2& at) { of_block.tiles.push_back(tile_at(at)); });
+      std::array<double, 512> depths{};
+      if (of_block.are_clear())
+        ;  // as they are
+      else if (placed)
+        PlacedDepths(*placed, of_block, slab, slab + 1 == frame.slabs())
+            .write(block, depths.data());
+      else
+        BlockDepths(frame, of_block, block).write(depths.data());
+      take(some[k], depths);
+    });
+  }
+
+  /// What wants a slab.
+  struct Slab {
+    std::vector<std::size_t> wanted;  ///< blocks
+    std::vector<TileRun*> ending;     ///< tiles that no later one needs
+  };
+
+  LatticeFrame frame;
+  LightBlocks blocks;
+  TakeDepths take;
+  std::optional<VoxelPlaces> placed{};
+  TileRange range;                                             ///< tiles that may attenuate
+  std::unordered_map<glm::ivec2, TileRun, NumberHash> runs{};  ///< those that blocks need
+  std::map<int, Slab> slabs{};
+  std::vector<double> found{};          ///< depths of the slab's dark tiles
+  std::vector<TileRun*> found_tiles{};  ///< these tiles
+  int turn = 0;
+};
 
 }  // namespace light_tiles
 
-using namespace light_tiles;
-
-struct LatticeRun::Impl {
-  LatticeFrame frame;
-  const LightSlabs& slabs;
-  LightBlocks blocks;
-  TakeDepths take;
-  bool from_light;
-  WantedBlocks wanted{frame, blocks};
-  std::optional<TileNumbers> last{};
-  std::size_t next = 0;  ///< slab
-  Columns columns{};
-  std::vector<double> found{};
-  std::map<int, std::vector<double>> rows{};  ///< depths of the slab's, by their number
-  std::vector<std::vector<double>> unused{};
-
-  /// Adds the slab's pieces of about bricks_at_once bricks.
-  std::vector<Piece> pieces_of(SlabTiles& slab) const {
-    std::vector<Piece> pieces;
-    const std::vector<glm::ivec2>& tiles = slab.tiles();
-    std::size_t bricks = 0;
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      const bool begins_row = i == 0 || tiles[i].x != tiles[i - 1].x;
-      if (i == 0 || (begins_row && bricks >= bricks_at_once)) {
-        pieces.push_back({&slab, i, i});
-        bricks = 0;
-      }
-      bricks += slab.is_dark(i);
-      pieces.back().end = i + 1;
-    }
-    return pieces;
-  }
-
-  /// Joins a piece's columns and gives the depths of the blocks that have all theirs. Returns the
-  /// rest of `own`.
-  std::span<const double> finish(const Piece& piece, std::span<const double> own) {
-    SlabTiles& slab = *piece.slab;
-    const std::vector<glm::ivec2>& tiles = slab.tiles();
-    for (std::size_t i = piece.first, end = i; i < piece.end; i = end) {
-      while (end < piece.end && tiles[end].x == tiles[i].x) ++end;
-      std::vector<double>& row = rows[tiles[i].x];
-      if (!unused.empty()) {
-        row = std::move(unused.back());
-        unused.pop_back();
-      }
-      row.resize(std::max(row.size(), (end - i) * row_depths));
-      own = columns.join({&slab, i, end}, own, row.data());
-      for (std::size_t tile = i; tile < end; ++tile)
-        slab.set_depths(tile, row.data() + (tile - i + 1) * row_depths - lattice_depths_of_brick);
-    }
-    const std::vector<std::uint32_t>& own_blocks = slab.slab().wanted;
-    const auto range = [&](std::size_t i) { return wanted.tiles(own_blocks[i], slab.slab()); };
-    const bool complete = piece.end == tiles.size();
-    std::size_t ready = slab.done;
-    while (ready < own_blocks.size() && (complete || range(ready).max.x <= tiles[piece.end - 1].x))
-      ++ready;
-    tbb::parallel_for(slab.done, ready, [&](std::size_t i) {
-      std::array<double, 512> of_block;
-      wanted.depths(own_blocks[i], slab, of_block.data());
-      take(own_blocks[i], of_block);
-    });
-    slab.done = ready;
-    while (!rows.empty() &&
-           (ready == own_blocks.size() || rows.begin()->first < range(ready).min.x)) {
-      unused.push_back(std::move(rows.begin()->second));
-      rows.erase(rows.begin());
-    }
-    if (complete && !wanted.placed()) columns.forget(frame, slab);  // shadows go on
-    return own;
-  }
+struct LatticeRun::Impl : light_tiles::Columns {
+  using Columns::Columns;
 };
 
-LatticeRun::LatticeRun(const LatticeFrame& frame, const LightSlabs& slabs,
-                       const LightBlocks& blocks, TakeDepths take, bool from_light)
-    : impl_(std::make_unique<Impl>(frame, slabs, blocks, std::move(take), from_light)) {
-  if (from_light || blocks.placed || blocks.wanted.size() < blocks.all.size())
-    impl_->last = last_slabs(impl_->wanted, slabs);
-}
+LatticeRun::LatticeRun(const LatticeFrame& frame, LightBlocks blocks, TakeDepths take,
+                       const glm::dmat4* to_index)
+    : impl_(std::make_unique<Impl>(frame, blocks, std::move(take), to_index)) {}
 LatticeRun::~LatticeRun() = default;
 LatticeRun::LatticeRun(LatticeRun&&) noexcept = default;
 
+int LatticeRun::next_slab(int slab, const DarkCells& dark) const {
+  const auto& slabs = impl_->slabs;
+  if (slabs.empty() || slab > slabs.rbegin()->first) return -1;
+  return std::min(slabs.lower_bound(slab)->first, dark.next_slab(slab));
+}
+
 double LatticeRun::bytes(const LatticeFrame& frame) {
-  const glm::dvec2 size(frame.across(frame.domain.max - frame.domain.min + 17));
-  const glm::dvec2 tiles = size / (8 * frame.spacing) + 3.0;
-  constexpr double entry =
-      lattice_columns * lattice_columns * sizeof(double) + 48;  // with a map's own
-  return 2 * tiles.x * tiles.y * entry;                         // forget() lets them double
+  constexpr double of_tile = 64 + lattice_depths_of_slice * sizeof(double);
+  return of_tile * double(light_tiles::tiles_of(frame).count());
 }
 
-void LatticeRun::go_on(int end, const LatticeColumns& columns, const Progress& progress) {
-  Impl& impl = *impl_;
-  const std::vector<LightSlab>& slabs = impl.slabs.all();
-  std::deque<SlabTiles> open;
-  std::vector<Piece> batch;
+void LatticeRun::add(int slab, const DarkCells& dark, const LatticeColumns& columns) {
+  light_tiles::Columns& impl = *impl_;
+  const std::vector<light_tiles::TileRun*> some = impl.tiles_through_dark(slab, dark);
+  if (some.empty()) return;
   std::vector<LatticeBrick> bricks;
-  const auto flush = [&] {
-    const std::size_t count = bricks.size() * lattice_depths_of_brick;
-    impl.found.resize(std::max(impl.found.size(), count));
-    const std::span<double> own = std::span(impl.found).first(count);
-    columns(bricks, own);
-    std::span<const double> left = own;
-    for (const Piece& piece : batch) left = impl.finish(piece, left);
-    batch.clear();
-    bricks.clear();
-    while (open.size() > 1) open.pop_front();
-  };
-  for (; impl.next < slabs.size() && slabs[impl.next].first_slice < end; ++impl.next) {
-    const LightSlab& slab = slabs[impl.next];
-    open.emplace_back(impl.frame, slab, impl.blocks.all, impl.last ? &*impl.last : nullptr,
-                      impl.from_light, impl.blocks.placed ? &impl.wanted : nullptr);
-    // several thin slabs at once: a device works on many bricks alike
-    for (const Piece& piece : impl.pieces_of(open.back())) {
-      batch.push_back(piece);
-      for (std::size_t i = piece.first; i < piece.end; ++i)
-        if (piece.slab->is_dark(i)) bricks.push_back(piece.slab->brick(i));
-      if (bricks.size() >= bricks_at_once) flush();
+  for (const auto* tile : some)
+    bricks.emplace_back(lattice_columns * tile->number, lattice_slices * slab);
+  std::vector<double> own(some.size() * lattice_depths_of_brick);
+  columns(bricks, own);
+  const bool first = impl.found_tiles.empty();
+  const double* from = own.data();
+  for (auto* tile : some) {
+    if (tile->place == light_tiles::nowhere) {
+      tile->place = impl.found_tiles.size() * lattice_depths_of_brick;
+      impl.found_tiles.push_back(tile);
+      if (!first) impl.found.resize(impl.found_tiles.size() * lattice_depths_of_brick);
     }
-    if (progress && batch.empty()) progress(double(impl.next + 1) / double(slabs.size()));
+    if (first) continue;
+    double* to = impl.found.data() + tile->place;
+    for (int k = 0; k < lattice_depths_of_brick; ++k) to[k] += from[k];
+    from += lattice_depths_of_brick;
   }
-  if (!batch.empty()) flush();
-  if (progress) progress(double(impl.next) / double(slabs.size()));
+  if (first) impl.found = std::move(own);
 }
 
-LatticeColumns in_part(const LatticeFrame& frame, const LatticeColumns& columns) {
-  if (!frame.part) return columns;
-  return [&frame, &columns](std::span<const LatticeBrick> bricks, std::span<double> depths) {
-    std::vector<LatticeBrick> near;
-    for (const LatticeBrick& brick : bricks)
-      if (frame.meets_part(brick)) near.push_back(brick);
-    std::vector<double> found(near.size() * lattice_depths_of_brick);
-    if (!near.empty()) columns(near, found);
-    const double* next = found.data();
-    for (std::size_t i = 0; i < bricks.size(); ++i) {
-      double* to = depths.data() + i * lattice_depths_of_brick;
-      if (!frame.meets_part(bricks[i])) {
-        std::fill_n(to, lattice_depths_of_brick, 0.0);
-        continue;
-      }
-      std::copy_n(next, lattice_depths_of_brick, to);
-      next += lattice_depths_of_brick;
-    }
-  };
+void LatticeRun::finish(int slab) {
+  light_tiles::Columns& impl = *impl_;
+  const auto ended = impl.slabs.find(slab);
+  if (ended != impl.slabs.end()) impl.give(slab);
+  for (auto* tile : impl.found_tiles) {
+    const double* end = impl.found.data() + tile->place + lattice_depths_of_brick;
+    if (!tile->before) tile->before = std::make_unique<light_tiles::Slice>();
+    std::ranges::transform(*tile->before, std::span(end - lattice_depths_of_slice, end),
+                           tile->before->begin(), std::plus());
+    tile->place = light_tiles::nowhere;
+  }
+  if (ended != impl.slabs.end())
+    for (auto* tile : ended->second.ending) tile->before.reset();
+  impl.found_tiles.clear();
+  impl.found.clear();
 }
 
 }  // namespace psivox

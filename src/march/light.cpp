@@ -66,7 +66,7 @@ float decayed(float depth) {
 }
 
 /// Values at all voxels of some blocks of the density, as a field of its transform.
-Field field_of_blocks(const Field& density, const LightBlocks& blocks, int channels,
+Field field_of_blocks(const Field& density, LightBlocks blocks, int channels,
                       std::span<float* const> values, Storage storage) {
   Field field;
   field.name = "light";
@@ -74,10 +74,9 @@ Field field_of_blocks(const Field& density, const LightBlocks& blocks, int chann
   field.channels = channels;
   // One voxel more: on the faces of the density's domain there is light too.
   field.active_box = {density.active_box.min - 1, density.active_box.max + 1};
-  field.active_voxels = 512 * blocks.wanted.size();
+  field.active_voxels = 512 * blocks.size();
   field.world_from_index = density.world_from_index;
-  for (const std::size_t block : blocks.wanted)
-    field.leaves.push_back({blocks.all[block], values[block]});
+  for (std::size_t i = 0; i < blocks.size(); ++i) field.leaves.push_back({blocks[i], values[i]});
   field.storage = std::move(storage);
   return field;
 }
@@ -286,25 +285,24 @@ int luminance_channels(const Medium& medium, std::span<const Beam> beams) {
   return common_color(medium, beams) ? 1 : 3;
 }
 
-Medium LitLuminance::medium(const LightBlocks& blocks, const LightDepths& depths,
+Medium LitLuminance::medium(LightBlocks blocks, const LightDepths& depths,
                             const Progress& progress) const {
   const int channels = this->channels();
   const std::size_t stride = 512 * std::size_t(channels);
   Storage storage({}, 2048);  // pieces of 4 MiB of scalars
-  std::vector<float*> places(blocks.all.size(), nullptr);
-  for (std::span rest(blocks.wanted); !rest.empty();) {
-    const auto some = rest.first(std::min(storage.leaves, rest.size()));
-    rest = rest.subspan(some.size());
-    const std::shared_ptr<float[]> values = page_array<float>(some.size() * stride);
-    for (std::size_t i = 0; i < some.size(); ++i) places[some[i]] = values.get() + i * stride;
+  std::vector<float*> places;
+  while (places.size() < blocks.size()) {
+    const std::size_t count = std::min(storage.leaves, blocks.size() - places.size());
+    const std::shared_ptr<float[]> values = page_array<float>(count * stride);
+    for (std::size_t i = 0; i < count; ++i) places.push_back(values.get() + i * stride);
     storage.blocks.push_back(values);
   }
 
-  std::vector<std::uint8_t> begun(blocks.all.size());
+  std::vector<std::uint8_t> begun(blocks.size());
   depths(
       beams_, blocks,
       [&](std::size_t beam, std::size_t block, std::span<const double> part) {
-        add(beams_[beam], !begun[block], blocks.all[block], part, places[block]);
+        add(beams_[beam], !begun[block], blocks[block], part, places[block]);
         begun[block] = 1;
       },
       progress);
@@ -332,11 +330,9 @@ namespace {
 /// The medium of a view in the light of beams, in those of its visible blocks that are wanted.
 Medium lit_medium(const View& view, std::vector<Beam> beams, const LightDepths& depths,
                   const Progress& progress = {}, const WantBlock& want = {}) {
-  const auto all = visible_blocks(*view.medium.density, density_options(view));
-  std::vector<std::size_t> wanted;
-  for (std::size_t n = 0; n < all.size(); ++n)
-    if (!want || want(all[n])) wanted.push_back(n);
-  return LitLuminance(view, std::move(beams)).medium({all, wanted}, depths, progress);
+  auto blocks = visible_blocks(*view.medium.density, density_options(view));
+  if (want) std::erase_if(blocks, [&](const glm::ivec3& block) { return !want(block); });
+  return LitLuminance(view, std::move(beams)).medium(blocks, depths, progress);
 }
 
 }  // namespace
@@ -371,10 +367,10 @@ View lit(View view, const LightDepths& depths, const Progress& progress) {
       std::move(view), [&](std::size_t) { return depths; }, progress);
 }
 
-View light_march(const View& view, const Beam& beam) {
-  View towards = view;
-  towards.holdout.reset();
-  Scene& scene = towards.scene;
+View depth_march(const View& view, double termination) {
+  View march = view;
+  march.holdout.reset();
+  Scene& scene = march.scene;
   scene.mode = Mode::alpha;
   scene.sampling = Sampling::cells;
   scene.step.reset();
@@ -385,16 +381,21 @@ View light_march(const View& view, const Beam& beam) {
     scene.segments = 1;
   else if (scene.tolerance)
     scene.segments = gradient_segments;
-  scene.early_termination = beam.method.termination;
+  scene.early_termination = termination;
   scene.filter = Filter::exact;
   scene.pixel_samples = 1;
-  Medium& medium = towards.medium;
+  Medium& medium = march.medium;
   medium.source = LuminanceSource::constant;
   medium.transfer = without_colors(medium);
   medium.luminance.reset();
   medium.emission.clear();
   medium.light.reset();
   medium.others.clear();
+  return march;
+}
+
+View light_march(const View& view, const Beam& beam) {
+  View towards = depth_march(view, beam.method.termination);
   Camera& camera = towards.camera;
   camera = {};
   camera.forward = -beam.direction;

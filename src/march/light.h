@@ -48,29 +48,18 @@ inline constexpr int exact_sky_count = 512, most_sky_count = 1024;
 /// integrated.
 inline constexpr int gradient_segments = 32;
 
-/// Blocks of 8^3 voxels of another volume, by their first voxels.
-struct PlacedBlocks {
-  std::span<const glm::ivec3> all;
-  glm::dmat4 to_index{1};  ///< from that volume's index space to the density's
-};
+/// Blocks of 8^3 voxels whose depths are asked for, by their first voxels.
+using LightBlocks = std::span<const glm::ivec3>;
 
-/// Blocks of 8^3 voxels of the density, by their first voxels.
-struct LightBlocks {
-  std::span<const glm::ivec3> all;      ///< that hold a corner of a cell with attenuation
-  std::span<const std::size_t> wanted;  ///< whose depths are asked for: places in `all`
-  /// If set, depths are asked for at another volume's blocks: `wanted` are places in these.
-  const PlacedBlocks* placed = nullptr;
-};
-
-/// Takes a block's optical depths: 512, z fastest. Several threads may call it at once, for
-/// different blocks.
+/// Takes the optical depths of a block, by its number: 512, z fastest. Several threads may call it
+/// at once, for different blocks.
 using TakeDepths = std::function<void(std::size_t block, std::span<const double> depths)>;
 
 /// Finds optical depths of a view's medium from voxels to where light of that direction comes in.
 /// They are the depths of trilinear data, whatever the view's rule. Where the transfer function has
 /// a gradient they follow the view's segments, except the reference's.
-using BeamDepths = std::function<void(const Beam& beam, const LightBlocks& blocks,
-                                      const TakeDepths& take, const Progress& progress)>;
+using BeamDepths = std::function<void(const Beam& beam, LightBlocks blocks, const TakeDepths& take,
+                                      const Progress& progress)>;
 
 /// Takes a block's depths towards one of several beams, by its number. Several threads may call it
 /// at once, for different blocks.
@@ -78,7 +67,7 @@ using TakeLight =
     std::function<void(std::size_t beam, std::size_t block, std::span<const double> depths)>;
 
 /// Finds the depths of several beams. For each block, they arrive in any order of the beams.
-using LightDepths = std::function<void(std::span<const Beam> beams, const LightBlocks& blocks,
+using LightDepths = std::function<void(std::span<const Beam> beams, LightBlocks blocks,
                                        const TakeLight& take, const Progress& progress)>;
 
 /// Depths of several beams, found for one beam after another.
@@ -130,9 +119,8 @@ class LitLuminance {
   /// Whether the camera changes it: there are several phases, so each voxel has its own.
   bool sees_camera() const { return g_ != 0 && !by_ray_; }
 
-  /// The medium with L as its luminance in the blocks that are wanted.
-  Medium medium(const LightBlocks& blocks, const LightDepths& depths,
-                const Progress& progress = {}) const;
+  /// The medium with L as its luminance in these blocks.
+  Medium medium(LightBlocks blocks, const LightDepths& depths, const Progress& progress = {}) const;
 
  private:
   double phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const;
@@ -157,15 +145,15 @@ class LitLuminance {
   std::optional<glm::dvec3> common_;  ///< colour of all luminance: one channel will do
 };
 
-/// Calls `some` for the wanted blocks, some hundreds at a time, with progress between them.
-void in_batches(const LightBlocks& blocks, const Progress& progress,
-                const std::function<void(std::span<const std::size_t>)>& some);
+/// Calls `some` for the numbers of the blocks, some hundreds at a time, with progress between them.
+void in_batches(LightBlocks blocks, const Progress& progress,
+                const std::function<void(std::size_t first, std::size_t end)>& some);
 
 /// An optical depth at a voxel. Several threads call it.
 using VoxelDepth = std::function<double(const glm::ivec3& voxel)>;
 
-/// Takes the depths of all voxels of the wanted blocks, by all threads.
-void take_blocks(const LightBlocks& blocks, const VoxelDepth& depth, const TakeDepths& take,
+/// Takes the depths of all voxels of the blocks, by all threads.
+void take_blocks(LightBlocks blocks, const VoxelDepth& depth, const TakeDepths& take,
                  const Progress& progress);
 /// The depths of some voxels, by all threads.
 std::vector<double> depths_of(std::span<const glm::ivec3> voxels, const VoxelDepth& depth);
@@ -201,8 +189,10 @@ View lit(View view, const LightDepths& depths, const Progress& progress = {});
 /// The medium's transfer function without its colours, which are in the light's luminance.
 std::shared_ptr<const TransferFunction> without_colors(const Medium& medium);
 
-/// The view whose march gives exact depths through the first volume: orthographic, looking towards
-/// the light, cells only.
+/// The view whose march gives exact depths through the first volume, in cells, up to a
+/// transmittance.
+View depth_march(const View& view, double termination);
+/// The same, orthographic, looking towards the light.
 View light_march(const View& view, const Beam& beam);
 
 }  // namespace psivox

@@ -23,22 +23,21 @@ constexpr int count = lattice_columns * lattice_columns;
 /// What a column meets at a point.
 template <typename Real>
 struct Point {
-  Real value = 0;
-  Real attenuation = 0;  ///< without the extinction; unless it is a function of the value
-  bool vacuum = true;    ///< nothing is stored there: the value is not known
+  Real value;
+  bool stored;  ///< the value is known
 };
 
-/// What all columns of a brick meet at a time.
-template <typename Real>
+/// What N columns meet at a time.
+template <typename Real, std::size_t N>
 struct Points {
-  std::array<Real, count> value, attenuation;
-  std::array<bool, count> stored;
+  std::array<Real, N> value;
+  std::array<Real, N>
+      attenuation;             ///< without the extinction; unless it is a function of the value
+  std::array<bool, N> stored;  ///< the value is known
   bool all_stored = true;
 
-  Point<Real> of(std::size_t column) const {
-    return {value[column], attenuation[column], !is_stored(column)};
-  }
   bool is_stored(std::size_t column) const { return all_stored || stored[column]; }
+  Point<Real> of(std::size_t column) const { return {value[column], is_stored(column)}; }
 };
 
 /// A function as a constant and ramps, each 0 up to its knot and linear from there on.
@@ -139,113 +138,99 @@ class Integration {
     return frame_.origin + frame_.spacing * glm::dvec2(brick.x + i, brick.y + j) - t * frame_.shear;
   }
 
-  Place place(double at, int axis) const {
-    return {at, frame_.domain.min[axis], frame_.domain.max[axis], march_.nearest};
-  }
-  Place place_along(double t) const { return place(frame_.first - frame_.side * t, frame_.axis); }
-
-  Real attenuation(Real value, const Place& along, const Place& u, const Place& v) {
-    if (!march_.with_gradient) return value;
-    const bool sloping = knows_slope_ && gradient_.has(along, u, v);
-    const Real slope = sloping ? gradient_.at(along, u, v) : 0;
-    return Real(march_.classify(glsl::AtlasMarch::Sample(value, slope)).attenuation);
-  }
-
-  Point<Real> point(const LatticeBrick& brick, int i, int j, double t) {
-    const glm::dvec2 at = across(brick, i, j, t);
-    const Place along = place_along(t), u = place(at.x, frame_.axis_u),
-                v = place(at.y, frame_.axis_v);
-    if (!density_.has(along, u, v)) return {};
-    const Real value = density_.at(along, u, v);
-    if (march_.absent_voxels && std::isnan(value)) return {};
-    return {value, attenuation(value, along, u, v), false};
-  }
-
-  void find_points(const LatticeBrick& brick, double t, Points<Real>& points) {
-    const glm::dvec2 first = across(brick, 0, 0, t);
+  /// N x N columns, the first at a place across the light.
+  template <std::size_t N>
+  void find_points(const glm::dvec2& first, double t, Points<Real, N * N>& points) {
     const auto places = [&](double at, int axis) {
-      return Places<Real>(at, frame_.spacing, frame_.domain.min[axis], frame_.domain.max[axis],
-                          march_.nearest);
+      return Places<Real, N>(at, frame_.spacing, frame_.domain.min[axis], frame_.domain.max[axis],
+                             march_.nearest);
     };
-    const Place along = place_along(t);
-    const Places<Real> u = places(first.x, frame_.axis_u), v = places(first.y, frame_.axis_v);
+    const Place along(frame_.first - frame_.side * t, frame_.domain.min[frame_.axis],
+                      frame_.domain.max[frame_.axis], march_.nearest);
+    const Places<Real, N> u = places(first.x, frame_.axis_u), v = places(first.y, frame_.axis_v);
     density_.at(along, u, v, points.value.data());
     points.all_stored = density_.all_stored() || density_.has(along, u, v, points.stored.data());
     if (march_.absent_voxels) leave_out_absent(points);
     if (by_function_) return;
-    if (!march_.with_gradient)
-      points.attenuation = points.value;
-    else
-      find_attenuation(brick, t, points);
+    points.attenuation = points.value;
+    if (march_.with_gradient) classify(along, u, v, points);
     if (!points.all_stored)
-      for (std::size_t c = 0; c < count; ++c)
+      for (std::size_t c = 0; c < N * N; ++c)
         if (!points.stored[c]) points.attenuation[c] = 0;
   }
 
   /// Between absent values there is vacuum.
-  static void leave_out_absent(Points<Real>& points) {
+  template <std::size_t M>
+  static void leave_out_absent(Points<Real, M>& points) {
     if (points.all_stored) points.stored.fill(true);
-    for (std::size_t c = 0; c < count; ++c) {
+    for (std::size_t c = 0; c < M; ++c) {
       if (!std::isnan(points.value[c])) continue;
       points.value[c] = 0;
       points.stored[c] = points.all_stored = false;
     }
   }
 
-  void find_attenuation(const LatticeBrick& brick, double t, Points<Real>& points) {
-    const Place along = place_along(t);
-    for (int i = 0; i < lattice_columns; ++i)
-      for (int j = 0; j < lattice_columns; ++j) {
-        const auto c = std::size_t(i * lattice_columns + j);
-        const glm::dvec2 at = across(brick, i, j, t);
-        if (points.is_stored(c))
-          points.attenuation[c] = attenuation(points.value[c], along, place(at.x, frame_.axis_u),
-                                              place(at.y, frame_.axis_v));
-      }
+  /// The attenuation by a function of value and gradient.
+  template <std::size_t N>
+  void classify(const Place& along, const Places<Real, N>& u, const Places<Real, N>& v,
+                Points<Real, N * N>& points) {
+    std::array<Real, N * N> slopes{};
+    std::array<bool, N * N> sloping;
+    sloping.fill(knows_slope_);
+    if (knows_slope_) {
+      gradient_.at(along, u, v, slopes.data());
+      if (!gradient_.all_stored()) gradient_.has(along, u, v, sloping.data());
+    }
+    for (std::size_t c = 0; c < N * N; ++c) {
+      const Real slope = sloping[c] ? slopes[c] : Real(0);
+      if (points.is_stored(c))
+        points.attenuation[c] =
+            Real(march_.classify(glsl::AtlasMarch::Sample(points.value[c], slope)).attenuation);
+    }
   }
 
   Real by_value(const Point<Real>& point) {
-    if (point.vacuum) return 0;
+    if (!point.stored) return 0;
     return Real(march_.classify(glsl::AtlasMarch::Sample(point.value, 0.0)).attenuation);
   }
 
   /// Mean attenuation between two points by a function of the value: exact where the value is
   /// linear.
   Real function_mean(const Point<Real>& a, const Point<Real>& b) {
-    if (a.vacuum || b.vacuum) return Real(0.5) * (by_value(a) + by_value(b));
+    if (!a.stored || !b.stored) return Real(0.5) * (by_value(a) + by_value(b));
     if (!march_.ramps) return Real(march_.transfer_average(a.value, b.value).attenuation);
     std::array<Real, 1> mean{};
     ramps_.add_means(std::array{a.value}, std::array{b.value}, Real(1), mean);
     return mean[0];
   }
 
-  Real mean(const Point<Real>& front, const Point<Real>& middle, const Point<Real>& back) {
-    if (march_.nearest) return by_function_ ? by_value(middle) : middle.attenuation;
-    if (by_function_)
-      return Real(0.5) * (function_mean(front, middle) + function_mean(middle, back));
-    return (front.attenuation + 4 * middle.attenuation + back.attenuation) / 6;
-  }
-
   /// Adds `scale` times the means to the depths.
-  void add_means(const Points<Real>& front, const Points<Real>& middle, const Points<Real>& back,
-                 Real scale, std::array<Real, count>& depths) {
+  template <std::size_t M>
+  void add_means(const Points<Real, M>& front, const Points<Real, M>& middle,
+                 const Points<Real, M>& back, Real scale, std::array<Real, M>& depths) {
     if (!by_function_ && !march_.nearest) {
-      for (std::size_t c = 0; c < count; ++c)
+      for (std::size_t c = 0; c < M; ++c)
         depths[c] +=
             scale / 6 * (front.attenuation[c] + 4 * middle.attenuation[c] + back.attenuation[c]);
       return;
     }
-    std::array<Real, count> means{};
+    std::array<Real, M> means{};
     const bool by_ramps = march_.ramps && !march_.nearest;
     if (by_ramps) {
       ramps_.add_means(front.value, middle.value, Real(0.5) * scale, means);
       ramps_.add_means(middle.value, back.value, Real(0.5) * scale, means);
     }
     if (!by_ramps || !front.all_stored || !middle.all_stored || !back.all_stored)
-      for (std::size_t c = 0; c < count; ++c)
-        if (!by_ramps || !front.is_stored(c) || !middle.is_stored(c) || !back.is_stored(c))
-          means[c] = scale * mean(front.of(c), middle.of(c), back.of(c));
-    for (std::size_t c = 0; c < count; ++c) depths[c] += means[c];
+      for (std::size_t c = 0; c < M; ++c) {
+        if (by_ramps && front.is_stored(c) && middle.is_stored(c) && back.is_stored(c)) continue;
+        if (!march_.nearest)
+          means[c] =
+              scale * Real(0.5) *
+              (function_mean(front.of(c), middle.of(c)) + function_mean(middle.of(c), back.of(c)));
+        else
+          means[c] = scale * (by_function_ ? by_value(middle.of(c)) : middle.attenuation[c]);
+      }
+    for (std::size_t c = 0; c < M; ++c) depths[c] += means[c];
   }
 
   /// Which of a brick's columns, by their numbers along u (0) or v (1), cross no face of the domain
@@ -266,15 +251,18 @@ class Integration {
     const int a = frame_.slice(clip_.min[frame_.axis]), b = frame_.slice(clip_.max[frame_.axis]);
     const int begin = std::max(std::min(a, b), brick.z - 1), end = std::max(a, b);
     std::array<Real, count> depths{};
-    Points<Real> some, middle, others;
-    Points<Real>*front = &some, *back = &others;
-    if (begin < std::min(brick.z + 7, end)) find_points(brick, begin, *front);
+    Points<Real, count> some, middle, others;
+    Points<Real, count>*front = &some, *back = &others;
+    const auto find = [&](double t, Points<Real, count>& points) {
+      find_points<lattice_columns>(across(brick, 0, 0, t), t, points);
+    };
+    if (begin < std::min(brick.z + 7, end)) find(begin, *front);
     for (int n = 0; n < lattice_slices; ++n, to += count) {
       const int slice = brick.z + n;
       for (int part = 0; part < parts_ && slice > begin && slice <= end; ++part) {
         const double length = 1.0 / parts_, from = slice - 1 + part * length;
-        find_points(brick, from + 0.5 * length, middle);
-        find_points(brick, from + length, *back);
+        find(from + 0.5 * length, middle);
+        find(from + length, *back);
         add_means(*front, middle, *back, Real(scale_ * length), depths);
         std::swap(front, back);
       }
@@ -298,15 +286,20 @@ class Integration {
     const glm::dvec2 in = inside(brick, i, j);
     const double begin = in.x, end = in.y;
     double t = std::max(double(brick.z - 1), begin), depth = 0;
-    Point<Real> front;
-    if (t < std::min(double(brick.z + 7), end)) front = point(brick, i, j, t);
+    Points<Real, 1> front, middle, back;
+    const auto find = [&](double at, Points<Real, 1>& points) {
+      find_points<1>(across(brick, i, j, at), at, points);
+    };
+    if (t < std::min(double(brick.z + 7), end)) find(t, front);
     for (int n = 0; n < lattice_slices; ++n) {
       for (int part = parts_ - 1; part >= 0; --part) {
         const double next = std::min(brick.z + n - double(part) / parts_, end);
         if (!(next > t)) continue;
-        const Point<Real> middle = point(brick, i, j, 0.5 * (t + next)),
-                          back = point(brick, i, j, next);
-        depth += scale_ * (next - t) * double(mean(front, middle, back));
+        find(0.5 * (t + next), middle);
+        find(next, back);
+        std::array<Real, 1> mean{};
+        add_means(front, middle, back, Real(1), mean);
+        depth += scale_ * (next - t) * double(mean[0]);
         front = back;
         t = next;
       }
@@ -337,7 +330,7 @@ LatticeColumns light_columns(const LatticeFrame& frame, const View& view, const 
   const auto setup =
       std::make_shared<const MarchSetup>(make_march_setup(light_march(view, beam), atlas));
   return [&frame, &atlas, setup](std::span<const LatticeBrick> bricks, std::span<double> depths) {
-    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 8), [&](const auto& some) {
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, bricks.size(), 2), [&](const auto& some) {
       columns::Integration<Real> integration(frame, *setup, atlas);
       for (std::size_t i = some.begin(); i != some.end(); ++i)
         integration.depths(bricks[i], depths.data() + i * lattice_depths_of_brick);

@@ -57,7 +57,7 @@ class MarchedDepths {
 }  // namespace
 
 LightDepths one_by_one(BeamDepths depths) {
-  return [depths = std::move(depths)](std::span<const Beam> beams, const LightBlocks& blocks,
+  return [depths = std::move(depths)](std::span<const Beam> beams, LightBlocks blocks,
                                       const TakeLight& take, const Progress& progress) {
     for (std::size_t b = 0; b < beams.size(); ++b)
       depths(
@@ -69,25 +69,22 @@ LightDepths one_by_one(BeamDepths depths) {
   };
 }
 
-void in_batches(const LightBlocks& blocks, const Progress& progress,
-                const std::function<void(std::span<const std::size_t>)>& some) {
-  const std::span<const std::size_t> wanted = blocks.wanted;
-  for (std::size_t first = 0; first < wanted.size(); first += batch) {
-    const std::span<const std::size_t> part =
-        wanted.subspan(first, std::min(wanted.size() - first, batch));
-    some(part);
-    if (progress) progress(double(first + part.size()) / double(wanted.size()));
+void in_batches(LightBlocks blocks, const Progress& progress,
+                const std::function<void(std::size_t first, std::size_t end)>& some) {
+  for (std::size_t first = 0; first < blocks.size(); first += batch) {
+    const std::size_t end = std::min(blocks.size(), first + batch);
+    some(first, end);
+    if (progress) progress(double(end) / double(blocks.size()));
   }
 }
 
-void take_blocks(const LightBlocks& blocks, const VoxelDepth& depth, const TakeDepths& take,
+void take_blocks(LightBlocks blocks, const VoxelDepth& depth, const TakeDepths& take,
                  const Progress& progress) {
-  in_batches(blocks, progress, [&](std::span<const std::size_t> some) {
-    tbb::parallel_for(std::size_t{0}, some.size(), [&](std::size_t k) {
+  in_batches(blocks, progress, [&](std::size_t first, std::size_t end) {
+    tbb::parallel_for(first, end, [&](std::size_t block) {
       std::array<double, 512> depths;
-      for (int i = 0; i < 512; ++i)
-        depths[std::size_t(i)] = depth(blocks.all[some[k]] + leaf_voxel(i));
-      take(some[k], depths);
+      for (int i = 0; i < 512; ++i) depths[std::size_t(i)] = depth(blocks[block] + leaf_voxel(i));
+      take(block, depths);
     });
   });
 }
@@ -99,9 +96,9 @@ std::vector<double> depths_of(std::span<const glm::ivec3> voxels, const VoxelDep
   return depths;
 }
 
-void DoubleMarcher::with_lattice(const View& view, const Beam& beam, const UseLattice& use) {
-  const LatticeFrame frame(view, *atlas_, beam);
-  use(frame, light_columns<double>(frame, view, *atlas_, beam));
+LatticeColumns DoubleMarcher::light_columns(const LatticeFrame& frame, const View& view,
+                                            const Beam& beam) {
+  return psivox::light_columns<double>(frame, view, *atlas_, beam);
 }
 
 PointDepth march_double_light_depth(const View& view, const MediumAtlas& atlas, const Beam& beam) {
@@ -111,13 +108,14 @@ PointDepth march_double_light_depth(const View& view, const MediumAtlas& atlas, 
 }
 
 LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas) {
-  return one_by_one([&](const Beam& beam, const LightBlocks& blocks, const TakeDepths& take,
-                        const Progress& progress) {
-    if (beam.method.spacing == 0)
-      return take_blocks(blocks, march_double_light_depth(view, atlas, beam), take, progress);
-    const LatticeFrame frame(view, atlas, beam);
-    lattice_depths(frame, blocks, light_columns<double>(frame, view, atlas, beam), take, progress);
-  });
+  return one_by_one(
+      [&](const Beam& beam, LightBlocks blocks, const TakeDepths& take, const Progress& progress) {
+        if (beam.method.spacing == 0)
+          return take_blocks(blocks, march_double_light_depth(view, atlas, beam), take, progress);
+        const LatticeFrame frame(view, atlas.density.domain, beam);
+        lattice_depths(frame, atlas, blocks, light_columns<double>(frame, view, atlas, beam), take,
+                       progress);
+      });
 }
 
 std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,

@@ -12,6 +12,7 @@
 #include "base/stopwatch.h"
 #include "march/atlas_march.h"
 #include "march/film.h"
+#include "march/light.h"
 
 // Under AddressSanitizer it would take minutes to compile.
 #ifdef __SANITIZE_ADDRESS__
@@ -70,7 +71,29 @@ void for_each(const MarchSetup& setup, const MediumAtlas& atlas, std::size_t cou
                     });
 }
 
-/// Collects the curve of a ray that is marched by exact cells, one turn after the other.
+void turn(AtlasMarch& march, AtlasMarch::March& m, AtlasMarch::CellWalk& walk,
+          const AtlasMarch::Ray& ray) {
+  march.turn_cells(m, walk, ray);
+  if (m.t >= ray.end) m.done = true;
+  if (!march.depth_only) m.transmittance = march.decay(m.optical_depth).e;
+}
+
+/// Marches a ray by exact cells, one turn after the other. Calls visit(before, walk_before) after
+/// each that goes on.
+template <typename Visit>
+void for_turns(AtlasMarch& march, RayOfPixel& ray, const Visit& visit) {
+  AtlasMarch::CellWalk walk = march.begin_cells();
+  AtlasMarch::March& m = ray.state;
+  for (int still = 0; !m.done && still < march.turns_of_product;) {
+    const AtlasMarch::March before = m;
+    const AtlasMarch::CellWalk walk_before = walk;
+    turn(march, m, walk, ray.ray);
+    still = m.t > before.t ? 0 : still + 1;
+    if (!still) visit(before, walk_before);
+  }
+}
+
+/// Collects the curve of a ray.
 class CurveMarch {
  public:
   /// Between its points the curve is linear to a sixteenth of `tolerance`.
@@ -79,27 +102,15 @@ class CurveMarch {
 
   RayCurve curve() {
     RayCurve curve{point(ray_.state)};
-    AtlasMarch::CellWalk walk = march_.begin_cells();
-    AtlasMarch::March& m = ray_.state;
-    for (int still = 0; !m.done && still < march_.turns_of_product;) {
-      const AtlasMarch::March before = m;
-      const AtlasMarch::CellWalk walk_before = walk;
-      turn(m, walk, ray_.ray);
-      still = m.t > before.t ? 0 : still + 1;
-      if (still) continue;
-      add_inside(before, walk_before, point(m), curve);
-      curve.push_back(point(m));
-    }
+    for_turns(march_, ray_,
+              [&](const AtlasMarch::March& before, const AtlasMarch::CellWalk& walk_before) {
+                add_inside(before, walk_before, point(ray_.state), curve);
+                curve.push_back(point(ray_.state));
+              });
     return curve;
   }
 
  private:
-  void turn(AtlasMarch::March& m, AtlasMarch::CellWalk& walk, const AtlasMarch::Ray& ray) {
-    march_.turn_cells(m, walk, ray);
-    if (m.t >= ray.end) m.done = true;
-    if (!march_.depth_only) m.transmittance = march_.decay(m.optical_depth).e;
-  }
-
   CurvePoint point(const AtlasMarch::March& m) {
     const double along = march_.orthographic ? 1 : ray_.pixel.inverse_length;
     return {(m.t - march_.camera_time(ray_.pixel)) * along * march_.world_unit, m.optical_depth,
@@ -121,7 +132,7 @@ class CurveMarch {
       AtlasMarch::March m = before;
       AtlasMarch::CellWalk walk = walk_before;
       part.end = before.t + (ray_.state.t - before.t) * i / parts;
-      turn(m, walk, part);
+      turn(march_, m, walk, part);
       curve.push_back(point(m));
     }
   }
@@ -175,6 +186,24 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
   result.stats.stuck = stuck;
   result.stats.march_ms = watch.ms();
   return result;
+}
+
+std::vector<std::vector<Crossed>> crossed_cells(const View& view, const MediumAtlas& atlas,
+                                                std::span<const glm::dvec2> places, double most) {
+  MarchSetup setup = setup_in_double(depth_march(view, std::exp(-most)), atlas, {});
+  setup.parameters.sample_offset = glm::dvec2(0);
+  std::vector<std::vector<Crossed>> found(places.size());
+  for_each(setup, atlas, places.size(), rays_together, {}, [&](AtlasMarch& march, std::size_t i) {
+    RayOfPixel ray(march, places[i]);
+    const double camera = march.camera_time(ray.pixel), unit = march.world_unit;
+    for_turns(march, ray, [&](const AtlasMarch::March& before, const AtlasMarch::CellWalk&) {
+      const AtlasMarch::March& m = ray.state;
+      const double depth = m.optical_depth - before.optical_depth;
+      if (depth > 0) found[i].push_back({(before.t - camera) * unit, (m.t - camera) * unit, depth});
+      if (m.optical_depth >= most) ray.state.done = true;
+    });
+  });
+  return found;
 }
 
 RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tolerance,

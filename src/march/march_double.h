@@ -25,6 +25,17 @@ LightDepths march_double_light_depths(const View& view, const MediumAtlas& atlas
 std::vector<double> march_double_light_depths(const View& view, const MediumAtlas& atlas,
                                               const Beam& beam, std::span<const glm::ivec3> voxels);
 
+/// A cell that a ray crosses.
+struct Crossed {
+  double front = 0, back = 0;  ///< distances from the camera [world units]
+  double depth = 0;            ///< optical depth, above 0
+};
+
+/// The cells with attenuation that rays cross through a view's first volume, front to back, up to
+/// an optical depth of `most` or farther. `places` are in pixels of the picture.
+std::vector<std::vector<Crossed>> crossed_cells(const View& view, const MediumAtlas& atlas,
+                                                std::span<const glm::dvec2> places, double most);
+
 /// A deep picture, marched in double: in front of every depth, transmittance and radiance are
 /// within `tolerance` of the march's. Its first layer is what the samples add up to.
 RenderResult render_deep(const View& view, const MediumAtlas& atlas, double tolerance,
@@ -58,7 +69,8 @@ class DoubleMarcher : public Marcher {
   LightDepths light_depths(const View& view) override {
     return march_double_light_depths(view, *atlas_);
   }
-  void with_lattice(const View& view, const Beam& beam, const UseLattice& use) override;
+  LatticeColumns light_columns(const LatticeFrame& frame, const View& view,
+                               const Beam& beam) override;
   RenderResult render(const View& view, const RenderOptions& options) override {
     return render_march_double(view, *atlas_, options);
   }

@@ -83,9 +83,8 @@ class Marcher {
   /// for lit() (light.h), before the next upload. View and atlas must outlive them. Of several
   /// volumes those are through the first alone, unless the marcher reads the grids.
   virtual LightDepths light_depths(const View& view) = 0;
-  /// Gives the lattice by which light_depths() would find the depths of a beam.
-  using UseLattice = std::function<void(const LatticeFrame& frame, const LatticeColumns& columns)>;
-  virtual void with_lattice(const View&, const Beam&, const UseLattice&) {
+  /// The columns by which light_depths() would find the depths of a beam in a lattice.
+  virtual LatticeColumns light_columns(const LatticeFrame&, const View&, const Beam&) {
     throw Error(ExitCode::failure, description() + " has no lattice of light");
   }
   /// Draws the view's picture from the uploaded atlas, which must be its own.

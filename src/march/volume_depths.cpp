@@ -26,7 +26,6 @@ VolumeDepths::VolumeDepths(const View& dark, const MediumAtlas* first,
     volume.atlas = i == 0 && first
                        ? std::shared_ptr<const MediumAtlas>(first, [](const MediumAtlas*) {})
                        : std::make_shared<const MediumAtlas>(build_medium_atlas(volume.alone));
-    volume.blocks = visible_blocks(*volume.alone.medium.density, density_options(volume.alone));
     volume.own =
         i == 0 && own ? own(volume.alone) : march_double_light_depths(volume.alone, *volume.atlas);
   }
@@ -40,34 +39,31 @@ glm::dmat4 VolumeDepths::to_index(std::size_t from, std::size_t to) const {
   return glm::inverse(world_from_index(to)) * world_from_index(from);
 }
 
-void VolumeDepths::pass(std::size_t volume, std::size_t from, const Beam& beam,
-                        const LightBlocks& blocks, const TakeDepths& add,
-                        const Progress& progress) const {
-  const auto& [alone, atlas, own_blocks, own] = volumes_[volume];
-  const PlacedBlocks placed{blocks.all, to_index(from, volume)};
+void VolumeDepths::pass(std::size_t volume, std::size_t from, const Beam& beam, LightBlocks blocks,
+                        const TakeDepths& add, const Progress& progress) const {
+  const auto& [alone, atlas, own] = volumes_[volume];
+  const glm::dmat4 placed = to_index(from, volume);
   if (beam.method.spacing > 0) {
-    const LatticeFrame frame(alone, *atlas, beam);
-    return lattice_depths(frame, {own_blocks, blocks.wanted, &placed},
-                          light_columns<double>(frame, alone, *atlas, beam), add, progress);
+    const LatticeFrame frame(alone, atlas->density.domain, beam);
+    return lattice_depths(frame, *atlas, blocks, light_columns<double>(frame, alone, *atlas, beam),
+                          add, progress, &placed);
   }
   const PointDepth depth = march_double_light_depth(alone, *atlas, beam);
   take_blocks(
       blocks,
-      [&](const glm::ivec3& voxel) {
-        return depth(glm::dvec3(placed.to_index * glm::dvec4(voxel, 1)));
-      },
+      [&](const glm::ivec3& voxel) { return depth(glm::dvec3(placed * glm::dvec4(voxel, 1))); },
       add, progress);
 }
 
 LightDepths VolumeDepths::at(std::size_t volume) const {
-  return one_by_one([this, volume](const Beam& beam, const LightBlocks& blocks,
-                                   const TakeDepths& take, const Progress& progress) {
+  return one_by_one([this, volume](const Beam& beam, LightBlocks blocks, const TakeDepths& take,
+                                   const Progress& progress) {
     double passed = 0;
     const Progress part = [&](double done) {
       if (progress) progress((passed + done) / double(volumes_.size()));
     };
     // what other volumes hide, in the blocks that they do hide
-    std::vector<std::unique_ptr<BlockSums>> hidden(blocks.all.size());
+    std::vector<std::unique_ptr<BlockSums>> hidden(blocks.size());
     const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
       if (std::ranges::all_of(depths, [](double depth) { return depth == 0; })) return;
       if (!hidden[block]) hidden[block] = std::make_unique<BlockSums>();

@@ -20,10 +20,8 @@ class VolumeDepths {
   /// From the voxels of a volume; 0: the first. These depths must not outlive the object.
   LightDepths at(std::size_t volume) const;
 
-  /// Visible blocks of a volume.
-  const std::vector<glm::ivec3>& blocks(std::size_t volume) const {
-    return volumes_[volume].blocks;
-  }
+  /// The atlas of a volume, which attenuates something.
+  const MediumAtlas& atlas(std::size_t volume) const { return *volumes_[volume].atlas; }
 
   /// Exact depths from some voxels of a volume.
   std::vector<double> exact(std::size_t volume, const Beam& beam,
@@ -33,13 +31,12 @@ class VolumeDepths {
   struct Volume {
     View alone;
     std::shared_ptr<const MediumAtlas> atlas;  ///< null: nothing attenuates
-    std::vector<glm::ivec3> blocks{};          ///< visible
     LightDepths own{};
   };
 
   glm::dmat4 to_index(std::size_t from, std::size_t to) const;
   /// Adds the depths through a volume from the wanted blocks of another.
-  void pass(std::size_t volume, std::size_t from, const Beam& beam, const LightBlocks& blocks,
+  void pass(std::size_t volume, std::size_t from, const Beam& beam, LightBlocks blocks,
             const TakeDepths& add, const Progress& progress) const;
 
   std::vector<Volume> volumes_;

@@ -20,6 +20,15 @@ namespace {
 /// (frogtissue) lattices had an RMS of up to 1.1 tolerances, and one pixel was off by 166.
 constexpr int fewest_telling = 32;
 
+/// How many lattices are tried that are wider than one that will do, the part of what a method may
+/// miss at which their steps aim, and how much wider they must be.
+constexpr int most_wider = 2;
+constexpr double aimed_error = 0.8, worth = 1.15;
+
+/// The part of the rays on which lattices are tried, and by how much the steps are narrowed of one
+/// that fails on the others.
+constexpr double tried_part = 0.25, narrower_step = 0.85;
+
 /// Maxima and surfaces have no step: cells find them.
 bool has_step(const Scene& scene) { return scene.attenuates(); }
 
@@ -47,7 +56,8 @@ void consider(const Trial& trial, Trial& best) {
 /// More segments take more time.
 void try_segments(Trials& trials, Trial& best) {
   for (const int segments : {1, 2, 4, 8, 16}) {
-    consider(trials.run({.integrator = Integrator::psi_weighted, .segments = segments}), best);
+    consider(trials.run({.integrator = Integrator::psi_weighted, .segments = segments}, 0, best),
+             best);
     if (best.method.segments == segments) return;
   }
 }
@@ -55,13 +65,10 @@ void try_segments(Trials& trials, Trial& best) {
 /// Linear segments in cells, for lit functions: the exact method cuts cells at the function's knots
 /// and looks its luminance up thrice in each piece.
 void try_lit_segments(Trials& trials, double exact_samples, Trial& best) {
-  const auto may_win = [&](const Trial& trial) { return !best.accepted || trial.cost < best.cost; };
   for (const int segments : {1, 2}) {
     const Method method{.integrator = Integrator::psi_weighted, .segments = segments};
     if (best.accepted && trials.cost_of(method) * exact_samples >= best.cost) return;
-    const Trial tried = trials.try_out(method, 0, may_win);
-    if (!tried.accepted) continue;
-    consider(trials.finish(tried), best);
+    consider(trials.run(method, 0, best), best);
     if (best.method == method) return;
   }
 }
@@ -75,22 +82,57 @@ void try_simpler_rules(Trials& trials, const Trial& found, Trial& best) {
     if (best.accepted && trials.cost_by(rule, found) >= best.cost) continue;
     Method method = found.method;
     method.integrator = rule;
-    consider(trials.run(method, found.worst_brick), best);
+    consider(trials.run(method, found.worst_brick, best), best);
     if (best.method.integrator == rule) return;
   }
 }
 
-/// Tries the cheapest lattice, and then its steps by simpler rules: these may beat `best` even if
-/// the lattice does not.
-void try_lattices(Trials& trials, Trial& best) {
-  LatticeSearch search(trials, best);
-  search.search();
-  while (search.found()) {
-    const std::optional<Trial> settled = search.settle();
-    if (!settled) continue;
-    consider(*settled, best);
-    return try_simpler_rules(trials, *settled, best);
+/// The cheapest of some lattices whose bricks may miss `brick` tolerances, in steps of `widest` or
+/// less: at first steps at which errors of second order will do, then wider ones below those that
+/// failed.
+std::optional<Trial> find_lattice(Trials& trials, double widest, double brick, const Trial& best) {
+  std::optional<Trial> found;
+  double step = widest, failed = HUGE_VAL;
+  for (int wider = 0; step >= narrowest_step && wider <= most_wider; wider += found.has_value()) {
+    const Trial trial = trials.run(lattice(trials.view(), step), brick, best, tried_part);
+    if (trial.accepted && found && trial.cost >= found->cost) break;
+    if (trial.accepted)
+      found = trial;
+    else if (trials.is_slower(trial, best))  // narrower steps take more time
+      break;
+    else
+      failed = step;
+    const double ratio = std::sqrt(aimed_error * trials.target() / (found ? *found : trial).rms);
+    if (!found) {
+      step *= std::clamp(ratio, 1.0 / 8, 1.0 / 2);
+    } else {
+      const double narrow = found->method.step;
+      step = std::min({narrow * ratio, std::sqrt(narrow * failed), widest});
+      if (step < worth * narrow) break;
+    }
   }
+  return found;
+}
+
+/// Tries lattices with steps as wide as bricks allow. In case bricks require small steps
+/// everywhere, it then tries wider ones whose bricks keep narrower steps. Simpler rules by the
+/// steps found may beat `best` even if the lattice does not.
+void try_lattices(Trials& trials, Trial& best) {
+  const double widest = std::min(widest_step, trials.widest(worst_brick));
+  std::optional<Trial> found = find_lattice(trials, widest, worst_brick, best);
+  if (!found) return;
+  const double wider = std::min(widest, 8 * found->method.step);
+  if (wider > worth * found->method.step && trials.marched(*found).brick_steps)
+    if (const auto other = find_lattice(trials, wider, narrow_brick, *found);
+        other && other->cost < found->cost)
+      found = other;
+  Trial whole;
+  for (Method method = found->method; !whole.accepted; method.step *= narrower_step) {
+    whole = trials.run(method, found->worst_brick, best);
+    if (method.step < narrowest_step || trials.is_slower(whole, best)) return;
+  }
+  consider(whole, best);
+  try_simpler_rules(trials, whole, best);
 }
 
 /// One pixel in each of about `count` cells of equal size.

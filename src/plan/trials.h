@@ -1,6 +1,5 @@
 #pragma once
 
-#include <functional>
 #include <map>
 #include <optional>
 #include <vector>
@@ -58,50 +57,6 @@ class StepBounds {
   std::vector<Bound> emission_;                  ///< of the emission's bricks [radiance]
 };
 
-/// What a method may miss on the pilot's rays.
-struct ErrorLimits {
-  double rms = 0;  ///< over all rays and R G B A
-  double max = 0;  ///< of one channel of a ray
-};
-
-/// A method tried on rays of the pilot, some at a time. It is refused as soon as the rays marched
-/// show that all together are beyond the limits.
-class Attempt {
- public:
-  /// The pilot must outlive it.
-  Attempt(const Method& method, double brick, const MethodView& marched, const ErrorLimits& limits,
-          Pilot& pilot);
-  /// The exact method, whose errors the pilot knows.
-  static Attempt exact(const Method& method, const MethodView& marched, const ErrorLimits& limits,
-                       Pilot& pilot);
-
-  /// What the rays so far show. The RMS and the look-ups are estimates from those in even order.
-  const Trial& trial() const { return trial_; }
-  const MethodView& marched() const { return marched_; }
-  bool refused() const { return refused_; }
-  bool complete() const { return even_ == pilot_->even_order().size(); }
-  /// Errors by ray, of those marched.
-  const std::vector<std::optional<RayError>>& errors() const { return errors_; }
-
-  /// Marches the first `count` rays in even order, unless it is refused before.
-  void march_evenly(std::size_t count);
-  /// Marches these rays, but for those that were marched before.
-  void march(std::span<const int> rays);
-
- private:
-  void update();
-
-  Trial trial_;
-  double look_up_cost_;
-  ErrorLimits limits_;
-  Pilot* pilot_;
-  MethodView marched_;
-  std::optional<PixelMarch> march_;  ///< once it is needed
-  std::vector<std::optional<RayError>> errors_;
-  std::size_t even_ = 0;  ///< rays marched of the even order's beginning
-  bool refused_ = false;
-};
-
 /// Fraction of the tolerance that the pilot's RMS may reach.
 inline constexpr double pilot_safety = 0.8;
 
@@ -129,40 +84,42 @@ class Trials {
   std::vector<Trial> done() const;
 
   /// RMS that a trial must reach. It is below the tolerance because the pilot's rays are a sample.
-  double target() const;
+  double target() const { return pilot_safety * tolerance_; }
 
-  /// Runs the method on the pilot's rays, until it is refused.
-  Trial run(const Method& method, double brick = 0);
+  /// Runs the method on the pilot's rays, or on a part of them, some at a time, until they show that
+  /// all together are beyond the limits, or that it takes longer than `best`. RMS and look-ups are
+  /// then estimates.
+  Trial run(const Method& method, double brick, const Trial& best, double part = 1);
   /// The exact method, which the pilot has marched already.
   Trial run_exact();
-  /// Tries the method on a part of the rays, fewer if it is refused or may no longer win. In both
-  /// cases it is not accepted.
-  Trial try_out(const Method& method, double brick,
-                const std::function<bool(const Trial&)>& may_win);
-  /// Runs what was tried out on the other rays.
-  Trial finish(const Trial& tried);
 
   /// Widest step that the emission allows where its bricks may miss `brick` tolerances.
-  double widest(double brick);
+  double widest(double brick) { return bounds().widest(brick * tolerance_); }
   /// The view as the method of a trial that was made marches it.
-  const MethodView& marched(const Trial& trial);
+  const MethodView& marched(const Trial& trial) const;
   /// Cost of a look-up of a method in cells [look-ups of psi-balanced].
-  double cost_of(const Method& method);
+  double cost_of(const Method& method) { return look_up_cost(method, view_of(method, 0)); }
   /// Cost of the trial's steps by another rule [look-ups of psi-balanced].
-  double cost_by(Integrator rule, const Trial& trial);
+  double cost_by(Integrator rule, const Trial& trial) const;
+  /// Whether a trial takes longer than `factor` times the best method, if that is accepted. Beside
+  /// cells the rule that costs least counts.
+  bool is_slower(const Trial& trial, const Trial& best, double factor = 1) const;
 
  private:
+  struct Attempt {
+    Trial trial;
+    MethodView marched;
+  };
+
   std::vector<SeenPixel> unmet_light(const Progress& progress) const;
   StepBounds& bounds();
-  ErrorLimits limits() const;
   MethodView view_of(const Method& method, double brick);
-  Attempt& attempt(const Method& method, double brick);
-  Attempt& attempt_of(const Trial& trial);
-  /// Runs it on the rays on which other methods were worst, which show soonest that it fails.
-  void march_suspects(Attempt& attempt);
-  /// Runs it on that part of the rays, unless it is refused before.
-  void march_to(Attempt& attempt, double part);
-  void keep_errors(const Attempt& attempt);
+  /// Measures a trial by the errors of the rays that were marched, among which are the first
+  /// `even` in even order. Returns whether all rays may be within the limits.
+  bool measure(Trial& trial, std::span<const std::optional<RayError>> errors,
+               std::size_t even) const;
+  /// The rays on which the last methods were worst, which show soonest that another fails.
+  std::vector<int> suspects() const;
 
   View view_;
   const MediumAtlas& atlas_;
@@ -173,40 +130,6 @@ class Trials {
   std::optional<StepBounds> bounds_;
   std::vector<Attempt> attempts_;
   std::vector<double> last_errors_;  ///< by ray, of the method that marched it last; else 0
-};
-
-/// Finds the cheapest lattice that is accurate enough. It searches with the rule of lattice(), on a
-/// part of the pilot's rays.
-class LatticeSearch {
- public:
-  /// `best`: the cheapest method so far, which a lattice must beat if that method is accepted.
-  LatticeSearch(Trials& trials, const Trial& best) : trials_(trials), best_(best) {}
-
-  /// Searches lattices with steps as wide as bricks allow. In case bricks require small steps
-  /// everywhere, it then searches wider lattices whose bricks keep narrower steps.
-  void search();
-
-  /// The cheapest lattice that was accepted so far, perhaps on a part of the pilot's rays. Unset if
-  /// none is, or if it cannot win.
-  std::optional<Trial> found() const;
-  /// Runs found() on all rays. If it is refused there, searches on and returns nothing.
-  std::optional<Trial> settle();
-
- private:
-  /// Halves the step, starting at `first`, until the error is small enough, then widens it as far
-  /// as the error allows, below `coarse`. Stops when no lattice wider than `last` can be cheaper.
-  void search_steps(double first, double last, double brick, std::optional<Trial> coarse = {});
-  void widen(Trial coarse, Trial fine);
-  Trial run(double step, double brick);
-  /// Whether a lattice takes less than `factor` times the time of `best`, perhaps by a simpler
-  /// rule.
-  bool beats_best(const Trial& trial, double factor) const;
-  /// Whether it, or a narrower one, may still be the cheapest, if times may be off by that factor.
-  bool may_win(const Trial& trial, double factor) const;
-
-  Trials& trials_;
-  const Trial& best_;
-  std::vector<Trial> accepted_;
 };
 
 }  // namespace psivox

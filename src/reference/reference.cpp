@@ -190,7 +190,7 @@ class VoxelDepths {
 }  // namespace
 
 LightDepths reference_light_depths(const View& view, std::size_t volume) {
-  return one_by_one([seen = seen_from(view, volume)](const Beam& beam, const LightBlocks& blocks,
+  return one_by_one([seen = seen_from(view, volume)](const Beam& beam, LightBlocks blocks,
                                                      const TakeDepths& take,
                                                      const Progress& progress) {
     VoxelDepths depth(seen, beam);

@@ -76,7 +76,7 @@ class Recorder : public Marcher {
 
   LightDepths light_depths(const View& view) override {
     return [this, &view, depths = march_double_light_depths(view, *atlas_)](
-               std::span<const Beam> beams, const LightBlocks& blocks, const TakeLight& take,
+               std::span<const Beam> beams, LightBlocks blocks, const TakeLight& take,
                const Progress& progress) {
       for (const Beam& beam : beams) {
         if (beam.method.spacing == 0)
