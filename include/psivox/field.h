@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -55,12 +56,6 @@ struct Tile {
   glm::vec3 value;    ///< first `channels` components
 };
 
-/// Active voxels of one value, outside leaves.
-struct TileValue {
-  float value = 0;
-  std::uint64_t voxels = 0;
-};
-
 /// Values that stand for "no data": NaN, -Inf, and fill values, which lie at the ends of a grid's
 /// values and apart from all others.
 struct Fill {
@@ -100,29 +95,6 @@ inline constexpr float greatest_magnitude = 1e36f;
 
 BadValues operator+(BadValues a, const BadValues& b);
 
-/// Least and greatest of some values; +Inf, whose replacement is found last, is only noted.
-struct Extent {
-  float min = std::numeric_limits<float>::infinity();
-  float max = -std::numeric_limits<float>::infinity();
-  bool infinite = false;
-
-  void add(float value) {
-    if (std::isinf(value)) {
-      infinite = true;
-      return;
-    }
-    min = std::min(min, value);
-    max = std::max(max, value);
-  }
-  glm::vec2 range(float largest) const {
-    if (!infinite) return {min, max};
-    return {std::min(min, largest), std::max(max, largest)};
-  }
-  Extent operator+(const Extent& other) const {
-    return {std::min(min, other.min), std::max(max, other.max), infinite || other.infinite};
-  }
-};
-
 /// What lies at the ends of a grid's values, by which fill values are known.
 struct ValueEnds {
   float least = std::numeric_limits<float>::infinity();
@@ -141,39 +113,9 @@ struct ValueEnds {
   Fill fill(std::uint64_t voxels) const;
 };
 
-/// What one pass over values of a grid finds out. Those of its parts add up.
-struct ValueSurvey {
-  BadValues bad;
-  float largest = 0;  ///< finite value of any channel
-  Extent all;         ///< first channel
-  Extent active;      ///< of active voxels
-  Extent in_box;      ///< of voxels in the box of active ones
-
-  ValueSurvey operator+(const ValueSurvey& other) const {
-    return {bad + other.bad, std::max(largest, other.largest), all + other.all,
-            active + other.active, in_box + other.in_box};
-  }
-};
-
-/// What reading leaves gives.
-enum class LeafRead {
-  survey,  ///< what it has found is returned
-  active,  ///< NaN is in the first channel of voxels that are not active
-  data,    ///< the values alone
-};
-
-/// Leaves whose values stay in a file.
-class LeafReader {
- public:
-  virtual ~LeafReader() = default;
-  /// Reads leaves, by their numbers in Field::leaves: 512 * channels floats each, one leaf after
-  /// another. +Inf stays, other bad values are replaced. Several threads may call it. Throws
-  /// Error(input).
-  virtual ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
-                           LeafRead what = LeafRead::data) const = 0;
-  /// Active tiles, those of 0 too.
-  virtual const std::vector<TileValue>& active_tiles() const = 0;
-};
+/// Reads leaves whose values stay in a file, by their numbers in Field::leaves: 512 * channels
+/// floats each, one leaf after another. Several threads may call it. Throws Error(input).
+using ReadLeaves = std::function<void(std::span<const std::uint32_t> leaves, float* values)>;
 
 /// Keeps the values of leaves alive. Those of a large grid are in blocks, which may go one by one.
 struct Storage {
@@ -225,11 +167,10 @@ struct Field {
   std::optional<ArrayValues> array;  ///< of the leaves without values of their own
   Storage storage;                   ///< keeps Leaf::values and the array alive
   /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
-  /// then, unless `survey` is set.
-  std::shared_ptr<const LeafReader> reader;
-  std::optional<ValueSurvey> survey;  ///< of tiles, until the leaves are surveyed (take_survey)
-  BadValues replaced;                 ///< what reading has replaced; a notice tells of it
-  std::vector<std::string> notices;   ///< one line each, for stderr: what reading changed
+  /// then.
+  ReadLeaves reader;
+  BadValues replaced;                ///< what reading has replaced; a notice tells of it
+  std::vector<std::string> notices;  ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain.
   Box domain() const { return {active_box.min - margin, active_box.max + margin}; }

@@ -21,8 +21,8 @@ std::size_t floats_per_leaf(const Field& field) { return 512 * std::size_t(field
 std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t> numbers,
                               float* values) {
   for (std::size_t n = 0; n < numbers.size(); n += read_at_once)
-    field.reader->read(numbers.subspan(n, std::min(read_at_once, numbers.size() - n)),
-                       values + n * floats_per_leaf(field));
+    field.reader(numbers.subspan(n, std::min(read_at_once, numbers.size() - n)),
+                 values + n * floats_per_leaf(field));
   std::vector<Leaf> leaves;
   leaves.reserve(numbers.size());
   for (const std::uint32_t n : numbers) {

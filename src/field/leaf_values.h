@@ -79,6 +79,11 @@ class OrderedValues {
   std::array<float, 512 * 3> copy_;
 };
 
+/// Whether values of leaves stay in the file.
+inline bool stays_in_file(const Field& field) {
+  return !field.leaves.empty() && !field.leaves.front().values && !field.array;
+}
+
 /// Bytes of the values of all leaves.
 std::uint64_t value_bytes(const Field& field);
 

@@ -40,10 +40,10 @@ std::shared_ptr<const Field> noted(Field field, const std::string& what) {
   return std::make_shared<const Field>(std::move(field));
 }
 
-/// The field at the scene's level of detail, which it may have already.
-std::shared_ptr<const Field> at_level(const Scene& scene, Field field, bool is_coarse = false) {
+/// The field at the scene's level of detail.
+std::shared_ptr<const Field> at_level(const Scene& scene, Field field) {
   if (scene.lod == 0) return std::make_shared<const Field>(std::move(field));
-  Field coarse = is_coarse ? std::move(field) : coarse_field(field, scene.lod, scene.centering);
+  Field coarse = coarse_field(field, scene.lod, scene.centering);
   const std::string width = std::to_string(1 << scene.lod);
   coarse.notices.push_back("grid '" + coarse.name + "': --lod " + std::to_string(scene.lod) +
                            " makes one voxel of " + width + "x" + width + "x" + width);
@@ -85,8 +85,8 @@ std::string lost_identity(const Field& field) {
          ": its whole numbers above 16777216 are rounded to those that float32 has";
 }
 
-SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std::string& name,
-                             bool data, bool empty, const Parts& parts) {
+Field read_density(const Scene& scene, const VdbFile& file, const std::string& name, bool data,
+                   bool empty, const Parts& parts) {
   const VectorPart part = vector_part(file, name);
   ReadOptions options =
       options_of(scene, data || part.of_vectors() ? GridRole::data : GridRole::attenuation, empty);
@@ -95,21 +95,17 @@ SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std:
   options.fill = scene.fill_value == "auto";
   if (scene.fill_value != "auto" && scene.fill_value != "none")
     options.fill_value = float(std::stod(scene.fill_value));
-  Field read = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
-                                 : read_scalar_density(scene, file, part.grid, options, parts);
-  const std::string subject = scene.input + ": grid '" + read.name + "' ";
-  SurveyedDensity found =
-      survey_density(std::move(read), parts,
-                     {options, subject, own_memory(scene, parts), scene.lod, scene.centering});
-  Field& field = found.field;
-  if (field.reader && scene.lod == 0) {
+  Field field = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
+                                  : read_scalar_density(scene, file, part.grid, options, parts);
+  parts.team->check_same(topology_of(field), "sees another volume");
+  if (field.reader && scene.lod == 0 && !is_shared(parts)) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
   if (!field.reader) field.stored_range = glm::vec2(stored_range(field));  // often asked for
   if (std::string identity = lost_identity(field); !identity.empty())
     field.notices.push_back(std::move(identity));
-  return found;
+  return field;
 }
 
 }  // namespace
@@ -138,19 +134,17 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
   // a density that is empty is chosen where other grids are none to draw
   if (scene.grid.empty() && file.names().size() > 1 && !empty) empty = !file.holds_something(grid);
-  SurveyedDensity found = read_density(scene, file, grid, data, empty, parts);
+  Field density = read_density(scene, file, grid, data, empty, parts);
   if (scene.grid.empty() && file.names().size() > 1 && lower_case(grid) != "density" &&
       !file.metadata().contains("frames"))
-    found.field.notices.push_back("grid " + in_quotes(grid) + " of " +
-                                  std::to_string(file.names().size()) +
-                                  "; --grid NAME chooses another");
-  if (found.drawn) {
-    found.drawn->notices = found.field.notices;
-    fields.drawn = std::make_shared<const Field>(std::move(*found.drawn));
+    density.notices.push_back("grid " + in_quotes(grid) + " of " +
+                              std::to_string(file.names().size()) +
+                              "; --grid NAME chooses another");
+  if (is_shared(parts) && density.reader && scene.lod == 0) {
+    fields.drawn = std::make_shared<const Field>(std::move(density));
+    density = overview_of(*fields.drawn, scene.centering, own_memory(scene, parts));
   }
-  fields.density =
-      scaled_values(at_level(scene, std::move(found.field), found.is_coarse), scene.value_scale);
-  if (scene.lod == 0) fields.weights = found.weights;
+  fields.density = scaled_values(at_level(scene, std::move(density)), scene.value_scale);
   if (!scene.composites() && !scene.shines()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values

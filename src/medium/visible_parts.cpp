@@ -115,12 +115,12 @@ class MergedBlocks {
 template <typename Weight>
 class BlockFinder {
  public:
-  /// `known`: what the field's leaves weigh, if it is known.
-  BlockFinder(const Field& field, const Weight& weight, const WeighedLeaves* known)
-      : field_(field), weight_(weight), known_(known), lattice_(field) {}
+  BlockFinder(const Field& field, const Weight& weight)
+      : field_(field), weight_(weight), lattice_(field) {}
 
   std::vector<VisibleBlock> find() const {
-    WeighedLeaves found = weighed();
+    WeighedLeaves found;
+    visit_leaves(field_, [&](std::span<const Leaf> some) { found.add(field_, some, weight_); });
     for (const Tile& tile : field_.tiles)
       found.counts.add(weight_(&tile.value.x), std::uint64_t(std::pow(tile.width, 3)));
     const double greatest = found.counts.exceeded_by(odd_share);
@@ -142,13 +142,6 @@ class BlockFinder {
   }
 
  private:
-  WeighedLeaves weighed() const {
-    if (known_) return *known_;
-    WeighedLeaves found;
-    visit_leaves(field_, [&](std::span<const Leaf> some) { found.add(field_, some, weight_); });
-    return found;
-  }
-
   /// Leaves fainter voxels out. Only leaves that have such ones beside others are looked at again.
   void leave_out(double faintest, std::vector<LeafWeights>& found) const {
     std::vector<std::size_t> cut;
@@ -218,7 +211,6 @@ class BlockFinder {
 
   const Field& field_;
   const Weight& weight_;
-  const WeighedLeaves* known_;
   CellLattice lattice_;
 };
 
@@ -234,13 +226,12 @@ double value_outside(const Field& field) {
 }
 
 template <typename Weight>
-void add_grid(const Field& field, const Weight& weight, Subject& subject,
-              const WeighedLeaves* known = nullptr) {
-  std::vector<VisibleBlock> blocks = BlockFinder(field, weight, known).find();
+void add_grid(const Field& field, const Weight& weight, Subject& subject) {
+  std::vector<VisibleBlock> blocks = BlockFinder(field, weight).find();
   if (!blocks.empty()) subject.grids.push_back({field.world_from_index, std::move(blocks)});
 }
 
-void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Subject& subject) {
+void add_density(const Medium& medium, Mode mode, Subject& subject) {
   const Field& field = *medium.density;
   if (info(mode).shows == Shows::surface) {
     const double outside = value_outside(field);
@@ -255,7 +246,7 @@ void add_density(const Medium& medium, Mode mode, const WeighedLeaves* known, Su
         },
         subject);
   }
-  if (!medium.transfer) return add_grid(field, ValueWeight(), subject, known);
+  if (!medium.transfer) return add_grid(field, ValueWeight(), subject);
   const FunctionTable table(*medium.transfer, field);
   add_grid(
       field, [&](const float* value) { return table(*value); }, subject);
@@ -274,9 +265,9 @@ void add_volume(const Medium& first, const Medium& other, Mode mode, Subject& su
 
 }  // namespace
 
-Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known) {
+Subject subject_of(const Medium& medium, Mode mode) {
   Subject subject;
-  if (medium.extinction > 0 || medium.emission.empty()) add_density(medium, mode, known, subject);
+  if (medium.extinction > 0 || medium.emission.empty()) add_density(medium, mode, subject);
   for (const Emission& emission : medium.emission) {
     const int channels = emission.field->channels;
     add_grid(

@@ -29,12 +29,6 @@ class WeightCounts {
   void add(Real weight, std::uint64_t voxels) {
     if (weight > 0) counts_[bin_of(weight)] += voxels;
   }
-  /// Counts again, with this weight, what was counted as infinite.
-  void replace_infinite(double weight) {
-    const std::uint64_t voxels =
-        std::exchange(counts_[bin_of(std::numeric_limits<double>::infinity())], 0);
-    add(weight, voxels);
-  }
   WeightCounts& operator+=(const WeightCounts& other) {
     for (std::size_t i = 0; i < counts_.size(); ++i) counts_[i] += other.counts_[i];
     return *this;
@@ -175,7 +169,7 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
     found.amounts[n] = float(parts[n].amount / 512);  // no more than the greatest weight
     if (parts[n].amount > 0) found.set_box(n, parts[n].low(), parts[n].high());
   }
-  found.least = std::isinf(greatest) ? 0 : float(least);  // it will be another value
+  found.least = float(least);
   if (double(found.least) > double(least)) found.least = std::nextafter(found.least, 0.0f);
   found.greatest = float(greatest);
   if (double(found.greatest) < double(greatest))
@@ -214,7 +208,6 @@ struct ValueWeight {
 /// voxel that the interpolation reaches. The greatest leaves out the highest thousandth of the
 /// voxels, so that one odd value does not hide all others. Of more than 131,072 leaves, those in a
 /// cube of 16, 32, ... voxels are one block. The whole domain if nothing is visible.
-/// `known`: what the density's leaves weigh by their values, if that is known.
-Subject subject_of(const Medium& medium, Mode mode, const WeighedLeaves* known = nullptr);
+Subject subject_of(const Medium& medium, Mode mode);
 
 }  // namespace psivox

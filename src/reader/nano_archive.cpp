@@ -64,9 +64,6 @@ class NanoGrid final : public FileGrid {
   }
 
   std::string why_whole() const override { return "its file has it as one block"; }
-  std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey&, std::string) override {
-    return nullptr;
-  }
 
  private:
   /// Walks the nodes, in OpenVDB's order.

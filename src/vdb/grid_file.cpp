@@ -152,6 +152,14 @@ void FileGrid::each_leaf(const TakeLeaf& take, const std::function<bool()>& enou
   });
 }
 
+void FileGrid::some_leaves(std::span<const std::uint32_t> numbers, const TakeLeaf& take) {
+  guarded([&] {
+    for (const std::uint32_t number : numbers)
+      if (number >= topology_.leaves.size()) throw std::runtime_error("there is no such leaf");
+    read_some(numbers, take);
+  });
+}
+
 std::string evidence_of_z_up(const MetadataText& file, const std::vector<std::string>& names,
                              const std::vector<MetadataText>& grids) {
   if (file.contains("creator")) {

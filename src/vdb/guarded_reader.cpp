@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/memory.h"
+#include "field/leaf_values.h"
 #include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
@@ -49,61 +50,6 @@ auto ask_process(guard::Process& process, const FileBlocks& file, const R& reque
 }
 
 constexpr auto as_it_is = [](auto answer, const auto&) { return answer; };
-
-/// Leaves whose values stay in the file, read by the process that has read the field.
-class GuardedLeaves final : public LeafReader {
- public:
-  GuardedLeaves(std::unique_ptr<guard::Process> process, std::shared_ptr<FileBlocks> file,
-                std::shared_ptr<guard::Budget> budget, const FieldFacts& facts, GridRole role)
-      : process_(std::move(process)),
-        file_(std::move(file)),
-        budget_(std::move(budget)),
-        floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(facts.field.channels)),
-        role_(role),
-        active_tiles_(facts.active_tiles) {}
-
-  ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
-                   LeafRead what) const override {
-    constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
-    const std::lock_guard lock(mutex_);
-    ValueSurvey found;
-    for (; !leaves.empty(); leaves = leaves.subspan(std::min(at_once, leaves.size()))) {
-      const auto some = leaves.first(std::min(at_once, leaves.size()));
-      const std::span to(values, some.size() * floats_per_leaf_);
-      const LeavesRequest request{.numbers = {some.begin(), some.end()}, .what = what};
-      found = found + ask_process(*process_, *file_, request, {},
-                                  [&](const LeavesAnswer& got, const auto&) {
-                                    take(got, to, what == LeafRead::active);
-                                    return got.survey;
-                                  });
-      budget_->deliver(to.size_bytes());
-      values += to.size();
-    }
-    return found;
-  }
-  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
-
- private:
-  /// Throws std::runtime_error if the answer is nonsense. `active`: values may be NaN.
-  void take(const LeavesAnswer& answer, std::span<float> values, bool active) const {
-    if (answer.values.size() != values.size_bytes())
-      throw std::runtime_error("another number of values");
-    std::memcpy(values.data(), answer.values.data(), answer.values.size());
-    std::vector<float> known(values.begin(), active ? values.end() : values.begin());
-    for (float& value : known)
-      if (std::isnan(value)) value = 0;
-    if (!all_good(active ? known : values, role_, /*infinite=*/true) || !is_possible(answer.survey))
-      throw std::runtime_error("values are not finite, or negative");
-  }
-
-  mutable std::mutex mutex_;  ///< of the process
-  std::unique_ptr<guard::Process> process_;
-  std::shared_ptr<FileBlocks> file_;
-  std::shared_ptr<guard::Budget> budget_;
-  std::size_t floats_per_leaf_;
-  GridRole role_;
-  std::vector<TileValue> active_tiles_;
-};
 
 /// Reads in a process of its own, which answers as open_reader's reader does. If the process ends,
 /// the next call starts another one.
@@ -161,19 +107,29 @@ class GuardedReader final : public Reader {
 
   Field read(const std::string& grid, const ReadOptions& options) override {
     const std::lock_guard lock(mutex_);
-    FieldFacts facts = ask(ReadRequest{grid, options},
-                           [&](FieldFacts answer, const std::vector<guard::SealedMemory>& blocks) {
-                             if (!answer.stored()) take_values(answer.field, blocks);
-                             check_field(answer, options.role);
-                             return answer;
-                           });
-    budget_->deliver(facts.field.leaves.size() * kLeafVoxels *
-                     static_cast<std::size_t>(facts.field.channels) * sizeof(float));
-    // from now on that process reads leaves, as long as the field is held
-    if (facts.stored())
-      facts.field.reader =
-          std::make_shared<GuardedLeaves>(std::move(process_), file_, budget_, facts, options.role);
-    return std::move(facts.field);
+    Field field = ask(ReadRequest{grid, options},
+                      [&](Field answer, const std::vector<guard::SealedMemory>& blocks) {
+                        if (!blocks.empty()) take_values(answer, blocks);
+                        check_field(answer, options);
+                        return answer;
+                      });
+    budget_->deliver(value_bytes(field));
+    return field;
+  }
+
+  std::vector<float> leaves(const LeavesWish& wish) override {
+    const std::lock_guard lock(mutex_);
+    std::vector<float> values =
+        ask(LeavesRequest{wish}, [&](std::vector<float> answer, const auto&) {
+          const std::size_t count = wish.numbers.size() * kLeafVoxels;
+          if (answer.size() != count && answer.size() != 3 * count)
+            throw std::runtime_error("another number of values");
+          if (!all_good(answer, wish.options.role, wish.options.absent))
+            throw std::runtime_error("values are not finite, or negative");
+          return answer;
+        });
+    budget_->deliver(values.size() * sizeof(float));
+    return values;
   }
 
  private:

@@ -191,6 +191,17 @@ class InPlaceReader final : public Reader {
     return with_grids([&](GridFile& grids) { return read_grid(grids, grids.find(grid), options); });
   }
 
+  std::vector<float> leaves(const LeavesWish& wish) override {
+    const std::lock_guard lock(stored_mutex_);
+    if (!stored_ || stored_name_ != wish.grid) {
+      stored_.reset();
+      stored_file_ = grids_module().open(file_, {});
+      stored_ = open_stored(*stored_file_, stored_file_->find(wish.grid), wish.options);
+      stored_name_ = wish.grid;
+    }
+    return stored_leaves(*stored_, wish);
+  }
+
  private:
   /// The result of work, in a directory that is read again only if another thread uses it.
   template <typename Work>
@@ -212,6 +223,11 @@ class InPlaceReader final : public Reader {
 
   std::mutex mutex_;                ///< of what follows
   std::unique_ptr<GridFile> idle_;  ///< whose directory is read
+
+  std::mutex stored_mutex_;  ///< of what follows
+  std::unique_ptr<GridFile> stored_file_;
+  std::unique_ptr<FileGrid> stored_;  ///< whose leaves were asked for last
+  std::string stored_name_;
 };
 
 /// Reads a scan's frames as grids: `image`, or `image[0]`, `image[1]`, ... of several; `rgb` of

@@ -1,9 +1,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/vector_relational.hpp>
+#include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "base/memory.h"
@@ -43,18 +46,24 @@ void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
       found.active.add(value);
 }
 
-void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& options) {
-  const auto channels = static_cast<std::size_t>(field.channels);
+/// Finds percentiles of the first channel of active voxels, which `each_leaf(take)` visits, and of
+/// tiles.
+template <typename EachLeaf>
+void find_percentiles(Field& field, const EachLeaf& each_leaf, const std::vector<TilePart>& tiles,
+                      const ReadOptions& options) {
   set_percentiles(field, options.percentiles, [&](const auto& take) {
-    for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
-      each_on(voxels.active[n], [&](std::size_t i) { take(voxels.leaves[n][i * channels], 1); });
-    for (const TilePart& part : voxels.tiles) {
+    each_leaf([&](const float* values, const LeafMask& active) {
+      each_on(active, [&](std::size_t i) { take(values[i * std::size_t(field.channels)], 1); });
+    });
+    for (const TilePart& part : tiles) {
       const Tile tile = part.tile();
       const float value = tile.value.x == HUGE_VALF ? field.replaced.largest : tile.value.x;
       if (part.active) take(value, tile_voxels(tile));
     }
   });
 }
+
+using LeafOfFloats = std::array<float, 3 * kLeafVoxels>;
 
 /// One reading of a grid.
 class Reading {
@@ -88,11 +97,7 @@ class Reading {
     refuse(problem_of(transform, summary));
     refuse(problem_of_distances(grid_.head(), summary));
     set_place(transform.world_from_index, summary);
-    if (stays) {
-      add_class_notices();
-      leave_in_file();
-      return std::move(field_);
-    }
+    if (stays) return leave_in_file();
     Voxels voxels;
     ValueSurvey survey = needs_tree() ? take_tree(voxels) : take_leaves(voxels);
     finish(survey, voxels);
@@ -258,18 +263,47 @@ class Reading {
       });
     }
     if (options_.role == GridRole::data) field_.active_range = survey.active.range(largest);
-    find_percentiles(field_, voxels, options_);
+    const auto each_leaf = [&](const auto& take) {
+      for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
+        take(voxels.leaves[n], voxels.active[n]);
+    };
+    find_percentiles(field_, each_leaf, voxels.tiles, options_);
   }
 
-  /// Leaves the values of leaves where they are, for the caller to survey.
-  void leave_in_file() {
+  /// Surveys leaves and keeps no value of them.
+  Field leave_in_file() {
+    add_class_notices();
     if (options_.memory)
       file_.file().keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
     survey_ = leaf_survey(/*ranges=*/true);
-    field_.survey = take_tiles(grid_.topology().tiles);
     for (const glm::ivec3& origin : grid_.topology().leaves)
       field_.leaves.push_back({origin, nullptr});
-    field_.reader = grid_.stored_leaves(*survey_, subject_);
+    SurveySum sum;
+    grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+      LeafOfFloats values;
+      leaf.copy_to(values.data());
+      sum.add(survey_->take(field_.leaves[n].origin, values.data(), leaf.active()));
+    });
+    ValueSurvey all = sum.total() + take_tiles(grid_.topology().tiles);
+    const float largest = settle(field_, all, options_, subject_);
+    all.all.add(0);
+    field_.stored_range = all.all.range(largest);
+    field_.active_range =
+        (options_.role == GridRole::data ? all.active : all.in_box).range(largest);
+    const auto each_leaf = [&](const auto& take) {
+      std::mutex mutex;
+      const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
+      grid_.each_leaf([&](std::size_t, const DecodedLeaf& leaf) {
+        LeafOfFloats values;
+        leaf.copy_to(values.data());
+        survey_->clean(values.data());
+        replace_infinite(values.data(), length, largest);
+        const std::lock_guard lock(mutex);
+        take(values.data(), leaf.active());
+      });
+    };
+    find_percentiles(field_, each_leaf, grid_.topology().tiles, options_);
+    return std::move(field_);
   }
 
   const ReadOptions& options_;
@@ -285,6 +319,28 @@ class Reading {
 
 Field read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options) {
   return Reading(file, entry, options).read();
+}
+
+std::unique_ptr<FileGrid> open_stored(GridFile& file, const GridEntry& entry,
+                                      const ReadOptions& options) {
+  std::unique_ptr<FileGrid> grid = file.open(entry);
+  if (const auto background = other_background(*grid, options, subject(file.path(), entry.name)))
+    grid->set_background(*background);
+  return grid;
+}
+
+std::vector<float> stored_leaves(FileGrid& grid, const LeavesWish& wish) {
+  if (!grid.why_whole().empty()) throw std::logic_error("a grid that is read whole");
+  const LeafSurvey survey(wish.options, grid.channels(), /*ranges=*/false);
+  const std::size_t floats = kLeafVoxels * std::size_t(grid.channels());
+  std::vector<float> values(wish.numbers.size() * floats);
+  grid.some_leaves(wish.numbers, [&](std::size_t n, const DecodedLeaf& leaf) {
+    float* const to = values.data() + n * floats;
+    leaf.copy_to(to);
+    survey.clean(to);
+    replace_infinite(to, floats, wish.largest);
+  });
+  return values;
 }
 
 }  // namespace psivox::vdb

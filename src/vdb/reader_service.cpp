@@ -1,14 +1,13 @@
 #include <memory>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "field/leaf_values.h"
 #include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
 #include "reading_messages.h"
-#include "survey.h"
 
 namespace psivox {
 namespace vdb {
@@ -47,30 +46,18 @@ class ReaderService final : public guard::Service {
   }
 
   Answer answer_to(const ReadRequest& request) {
-    FieldFacts facts{.field = reader().read(request.grid, request.options)};
-    leaves_ = facts.field.reader;
-    channels_ = facts.field.channels;
-    if (leaves_) facts.active_tiles = leaves_->active_tiles();
-    Answer answer{guard::packed(facts)};
-    if (!facts.stored()) answer.blocks = shared_values(std::move(facts.field));
+    Field field = reader().read(request.grid, request.options);
+    Answer answer{guard::packed(field)};
+    if (!stays_in_file(field)) answer.blocks = shared_values(std::move(field));
     return answer;
   }
-
-  Answer answer_to(const LeavesRequest& request) const {
-    if (!leaves_) throw std::runtime_error("an unknown request");
-    LeavesAnswer answer;
-    answer.values.resize(request.numbers.size() * kLeafVoxels *
-                         static_cast<std::size_t>(channels_) * sizeof(float));
-    answer.survey = leaves_->read(request.numbers, reinterpret_cast<float*>(answer.values.data()),
-                                  request.what);
-    return {guard::packed(answer)};
+  Answer answer_to(const LeavesRequest& request) {
+    return {guard::packed(reader().leaves(request))};
   }
 
   std::vector<std::shared_ptr<FileBlocks>> files_;  ///< and that of values beside it, or null
   Progress progress_;
   std::unique_ptr<Reader> reader_;
-  std::shared_ptr<const LeafReader> leaves_;  ///< of the last field, if they stay in the file
-  int channels_ = 0;                          ///< of that field
 };
 
 /// Loads the module for all readers. If that fails, each of them says why.

@@ -34,34 +34,17 @@ struct ContentRequest {
 
 /// The answer's blocks have the values of the leaves, unless they stay in the file.
 struct ReadRequest {
-  using Answer = struct FieldFacts;
+  using Answer = Field;
   std::string grid;
   ReadOptions options;
 };
 
-struct LeavesAnswer {
-  std::string values;  ///< the bytes of floats
-  ValueSurvey survey{};
-};
-
-/// Asks for leaves of the last field, whose values stay in the file.
-struct LeavesRequest {
-  using Answer = LeavesAnswer;
-  std::string grid{};  ///< always ""
-  std::vector<std::uint32_t> numbers;
-  LeafRead what = LeafRead::data;
+/// As Reader::leaves.
+struct LeavesRequest : LeavesWish {
+  using Answer = std::vector<float>;
 };
 
 using Request = std::variant<FactsRequest, InfoRequest, ContentRequest, ReadRequest, LeavesRequest>;
-
-/// A Field without values of leaves.
-struct FieldFacts {
-  Field field;
-  std::vector<TileValue> active_tiles{};  ///< if stored
-
-  /// Whether the values of leaves stay in the file.
-  bool stored() const { return field.survey.has_value(); }
-};
 
 /// Copies the values of a field's leaves to shared memory, in blocks of the same number of leaves.
 /// Frees the field's own blocks as they are copied. Throws std::bad_alloc.
@@ -70,12 +53,9 @@ std::vector<guard::Descriptor> shared_values(Field&& field);
 /// blocks do not have what the leaves need.
 void take_values(Field& field, const std::vector<guard::SealedMemory>& blocks);
 
-/// Throws std::runtime_error if the field cannot have been read under this role: its values or
-/// places break the rules of field.h. A process that a file has taken over could send such a field.
-void check_field(const FieldFacts& facts, GridRole role);
-
-/// Whether values can have been found like this.
-bool is_possible(const ValueSurvey& survey);
+/// Throws std::runtime_error if the field cannot have been read like this: its values or places
+/// break the rules of field.h. A process that a file has taken over could send such a field.
+void check_field(const Field& field, const ReadOptions& options);
 
 PSIVOX_PACK(FactsRequest, grid)
 PSIVOX_PACK(InfoRequest, grid, values)
@@ -83,21 +63,7 @@ PSIVOX_PACK(ContentRequest, grid)
 PSIVOX_PACK(GridFacts, name, base_name, channels, value_type, grid_class, place)
 PSIVOX_PACK(FileFacts, grids, metadata, z_up, lost, value_bytes)
 PSIVOX_PACK(ReadRequest, grid, options)
-PSIVOX_PACK(LeavesRequest, grid, numbers, what)
-PSIVOX_PACK(LeavesAnswer, values, survey)
-
-inline void describe(guard::Codec& codec, FieldFacts& facts) {
-  auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
-         active_range, stored_range, percentiles, width, scale, leaves, tiles, array, storage,
-         reader, survey, replaced, notices] = facts.field;
-  std::vector<glm::ivec3> origins;
-  for (const Leaf& leaf : leaves) origins.push_back(leaf.origin);
-  codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
-        active_range, stored_range, percentiles, width, survey, replaced, notices);
-  codec(origins, tiles, facts.active_tiles);
-  leaves.resize(origins.size());
-  for (std::size_t n = 0; n < origins.size(); ++n) leaves[n].origin = origins[n];
-}
+PSIVOX_PACK(LeavesRequest, grid, options, largest, numbers)
 
 }  // namespace psivox::vdb
 
@@ -114,10 +80,20 @@ PSIVOX_PACK(ReadOptions, role, strict, distances, absent, fill, fill_value, empt
 PSIVOX_PACK(Fill, low, high, given)
 PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, filled, clamped, largest, least,
             fill, absent)
-PSIVOX_PACK(Extent, min, max, infinite)
-PSIVOX_PACK(ValueSurvey, bad, largest, all, active, in_box)
-PSIVOX_PACK(TileValue, value, voxels)
 PSIVOX_PACK(Tile, origin, width, value)
 PSIVOX_PACK(Box, min, max)
+
+/// Without values of leaves.
+inline void describe(guard::Codec& codec, Field& field) {
+  auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
+         active_range, stored_range, percentiles, width, scale, leaves, tiles, array, storage,
+         reader, replaced, notices] = field;
+  std::vector<glm::ivec3> origins;
+  for (const Leaf& leaf : leaves) origins.push_back(leaf.origin);
+  codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
+        active_range, stored_range, percentiles, width, replaced, notices, origins, tiles);
+  leaves.resize(origins.size());
+  for (std::size_t n = 0; n < origins.size(); ++n) leaves[n].origin = origins[n];
+}
 
 }  // namespace psivox

@@ -178,10 +178,12 @@ void replace_infinite(float* values, std::size_t count, float largest) {
     if (values[i] > largest) values[i] = largest;
 }
 
-bool all_good(std::span<const float> values, GridRole role, bool infinite, bool absent) {
-  const float lo = smallest_good(role), hi = infinite ? HUGE_VALF : greatest_magnitude;
-  const auto good = [&](float v) { return (v >= lo && v <= hi) || (absent && std::isnan(v)); };
-  if (infinite || absent) return std::ranges::all_of(values, good);
+bool all_good(std::span<const float> values, GridRole role, bool absent) {
+  const float lo = smallest_good(role);
+  const auto good = [&](float v) {
+    return (v >= lo && v <= greatest_magnitude) || (absent && std::isnan(v));
+  };
+  if (absent) return std::ranges::all_of(values, good);
   while (values.size() >= kLeafVoxels) {
     if (has_bad_value(values.data(), lo)) return false;
     values = values.subspan(kLeafVoxels);
@@ -344,17 +346,6 @@ std::string BadValues::describe() const {
     parts.push_back(std::to_string(clamped) + several(clamped) +
                     formatted(" beyond %g taken as that", double(greatest_magnitude)));
   return joined(parts, "; ");
-}
-
-float take_survey(Field& field, const ValueSurvey& of_leaves, const ReadOptions& options,
-                  const std::string& subject) {
-  ValueSurvey all = of_leaves + *field.survey;
-  const float largest = vdb::settle(field, all, options, subject);
-  all.all.add(0);
-  field.stored_range = all.all.range(largest);
-  field.active_range = (options.role == GridRole::data ? all.active : all.in_box).range(largest);
-  field.survey.reset();
-  return largest;
 }
 
 }  // namespace psivox

@@ -18,11 +18,54 @@
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 
-// One survey judges the values of every grid: from a file, in memory, or left in the file.
+// One survey judges the values of every grid.
 
 namespace psivox::vdb {
 
 inline constexpr std::size_t kLeafVoxels = 512;
+
+/// Active voxels of one value, outside leaves.
+struct TileValue {
+  float value = 0;
+  std::uint64_t voxels = 0;
+};
+
+/// Least and greatest of some values; +Inf, whose replacement is found last, is only noted.
+struct Extent {
+  float min = std::numeric_limits<float>::infinity();
+  float max = -std::numeric_limits<float>::infinity();
+  bool infinite = false;
+
+  void add(float value) {
+    if (std::isinf(value)) {
+      infinite = true;
+      return;
+    }
+    min = std::min(min, value);
+    max = std::max(max, value);
+  }
+  glm::vec2 range(float largest) const {
+    if (!infinite) return {min, max};
+    return {std::min(min, largest), std::max(max, largest)};
+  }
+  Extent operator+(const Extent& other) const {
+    return {std::min(min, other.min), std::max(max, other.max), infinite || other.infinite};
+  }
+};
+
+/// What one pass over values of a grid finds out. Those of its parts add up.
+struct ValueSurvey {
+  BadValues bad;
+  float largest = 0;  ///< finite value of any channel
+  Extent all;         ///< first channel
+  Extent active;      ///< of active voxels
+  Extent in_box;      ///< of voxels in the box of active ones
+
+  ValueSurvey operator+(const ValueSurvey& other) const {
+    return {bad + other.bad, std::max(largest, other.largest), all + other.all,
+            active + other.active, in_box + other.in_box};
+  }
+};
 
 /// The active voxels of a leaf: a bit for each voxel, in OpenVDB's order.
 struct LeafMask {
@@ -54,10 +97,8 @@ void each_on(const LeafMask& active, const Visit& visit) {
 /// Smallest value that stays.
 float smallest_good(GridRole role);
 
-/// Whether a survey would leave the values as they are; `infinite`: +Inf counts as good, `absent`:
-/// NaN does.
-bool all_good(std::span<const float> values, GridRole role, bool infinite = false,
-              bool absent = false);
+/// Whether a survey would leave the values as they are; `absent`: NaN counts as good.
+bool all_good(std::span<const float> values, GridRole role, bool absent = false);
 
 /// Judges leaves of 512 * channels values. Several threads may use it.
 class LeafSurvey {
