@@ -231,7 +231,7 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
     part.pixels = seen;
     MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost, greatest);
     if (const CodeWidths widths = fixed_widths(atlas, view.scene.texel))
-      atlas = coded(atlas, *widths);
+      atlas = coded(std::move(atlas), *widths);
     marcher_.upload(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);

@@ -28,6 +28,10 @@ struct Session::Impl {
 
   /// Forgets what was made of the fields, and reads those again whose values have gone.
   void start_over();
+  /// Whether the volume is drawn whole, or its bricks are there.
+  bool is_whole() const;
+  /// The whole's bricks, of which nothing goes. Throws Error(memory) if they are too large.
+  const MediumAtlas& whole(const View& wanted);
   /// The whole's bricks. Values that nothing else needs go as they are made.
   const MediumAtlas& bricks(PreparationTimes& times);
   /// Whether fields' values may go as bricks are made of them.
@@ -98,6 +102,20 @@ const MediumAtlas& Session::Impl::bricks(PreparationTimes& times) {
       std::ranges::count(fields_of(view.medium), view.medium.density.get()) == 1)
     density = take(&Medium::density);
   return atlas.of(view, times, std::move(density));
+}
+
+bool Session::Impl::is_whole() const {
+  View dark = view;
+  dark.medium = unlit;
+  return !atlas.empty() || split_of(dark, {}, {}, memory_limit).whole;
+}
+
+const MediumAtlas& Session::Impl::whole(const View& wanted) {
+  if (!is_whole())
+    throw Error(ExitCode::memory,
+                "the volume must be drawn in parts; raise --memory-limit, or take --lod 1");
+  PreparationTimes times;
+  return atlas.of(wanted, times);
 }
 
 View Session::Impl::viewed(const Wish& wish) {
@@ -314,10 +332,7 @@ void Session::convert() {
   PreparationTimes times;
   if (impl_->lacks_values) impl_->start_over();
   impl_->takes = impl_->is_for_one;
-  View dark = impl_->view;
-  dark.medium = impl_->unlit;
-  if (!impl_->atlas.empty() || split_of(dark, {}, {}, impl_->memory_limit).whole)
-    impl_->bricks(times);
+  if (impl_->is_whole()) impl_->bricks(times);
   impl_->is_fresh = true;
 }
 
@@ -330,19 +345,9 @@ void Session::prepare(Marcher& marcher, const Wish& wish) {
 
 const MediumAtlas& Session::atlas(TexelType texel, const CodeWidths& codes) {
   convert();
-  if (impl_->atlas.empty())
-    throw Error(ExitCode::memory,
-                "the volume must be drawn in parts; give a larger --memory-limit, or --lod 1");
+  impl_->whole(impl_->view);
   PreparationTimes times;
   return impl_->atlas.on_device(impl_->view, texel, codes, times);
-}
-
-MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {
-  PreparationTimes times;
-  View wanted = impl_->viewed(wish);
-  PartMarcher parts = impl_->parts_of(marcher, wanted, wish);
-  impl_->prepare(parts, wanted, wish, times);
-  return impl_->plan(parts, wanted, wish, times);
 }
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
@@ -355,9 +360,8 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
 }
 
 std::vector<Explanation> Session::explain() {
-  PreparationTimes times;
   const View view = impl_->viewed({});
-  const MediumAtlas& grids = impl_->atlas.of(view, times);
+  const MediumAtlas& grids = impl_->whole(view);
   if (!view.scene.tolerance) return psivox::explain(view, grids);
   if (!view.medium.light) return psivox::explain(plan_march(view, grids).march->view, grids);
   std::vector<Explanation> lines = psivox::explain(view, grids);
@@ -368,20 +372,17 @@ std::vector<Explanation> Session::explain() {
 }
 
 std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pixel) {
-  PreparationTimes times;
   const View view = impl_->viewed({.scene = scene});
-  return pick_point(view, impl_->atlas.of(impl_->view, times), pixel);
+  return pick_point(view, impl_->whole(impl_->view), pixel);
 }
 
 CheckedError Session::check_error(const Image& picture, int pixels, const StageProgress& progress) {
   View view = impl_->viewed({});
   const Stopwatch watch;
-  if (impl_->lighting) {
-    PreparationTimes times;
-    view.medium = impl_->lighting->exact_medium(view, impl_->atlas.of(view, times),
-                                                checked_rays(view, picture, pixels),
-                                                of_stage(progress, Stage::lighting));
-  }
+  if (impl_->lighting)
+    view.medium =
+        impl_->lighting->exact_medium(view, impl_->whole(view), checked_rays(view, picture, pixels),
+                                      of_stage(progress, Stage::lighting));
   const double light_ms = watch.ms();
   CheckedError error = check_pixels(view, picture, pixels, of_stage(progress, Stage::checking));
   error.light_ms = light_ms;

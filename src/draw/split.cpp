@@ -140,7 +140,7 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
   double count = needs.bricks;
   while (count >= 1 && needs.of_part(count) > limit) count *= 0.95;
   if (obstacle.empty() && count >= 1) return std::size_t(count);
-  std::string why = smaller_atlas;
+  std::string why = "; --lod 1 takes an eighth of it";
   if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
   throw Error(ExitCode::memory, "grid '" + view.medium.density->name + "' needs an atlas of " +
                                     mebibytes(std::uint64_t(needs.whole())) +

@@ -43,8 +43,7 @@ const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, cons
   if (coded_ && *coded_->widths == *widths) return coded_->atlas;
   const Stopwatch watch;
   coded_.reset();  // before the next take memory
-  coded_ = {widths, last ? coded(std::move(*atlas_), *widths) : coded(atlas, *widths),
-            next_upload()};
+  coded_ = {widths, coded(last ? std::move(*atlas_) : *atlas_, *widths, last), next_upload()};
   if (last) atlas_.reset();
   times.atlas_ms += watch.ms();
   return coded_->atlas;

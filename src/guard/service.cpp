@@ -9,8 +9,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <exception>
 #include <new>
 #include <thread>
@@ -117,6 +119,32 @@ bool restrict_process(std::uint64_t memory) {
   return restrict_calls();
 }
 
+int crash_socket = -1;
+
+/// Tells the program of a crash; nothing else is safe in a signal's handler.
+void tell_crash(int signal) {
+  struct [[gnu::packed]] {
+    MessageKind kind = MessageKind::crash;
+    int number;
+  } const message{.number = signal};
+  [[maybe_unused]] const ssize_t sent = write(crash_socket, &message, sizeof message);
+  _exit(1);
+}
+
+/// A sanitizer tells of crashes itself.
+void tell_crashes(int socket) {
+  if (sanitised) return;
+  crash_socket = socket;
+  static std::array<char, 1 << 14> room;  // where the stack has overflowed
+  const stack_t stack{room.data(), 0, room.size()};
+  sigaltstack(&stack, nullptr);
+  struct sigaction action {};
+  action.sa_handler = tell_crash;
+  action.sa_flags = SA_ONSTACK;
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL})
+    sigaction(signal, &action, nullptr);
+}
+
 class Connection {
  public:
   Connection(int socket, OpenService open) : socket_(socket), open_(open) {}
@@ -138,7 +166,7 @@ class Connection {
     if (!paths.empty()) path_ = paths.front();
     const std::uint64_t memory = memory_for(size);
     service_ = open_(std::move(files), [this](double fraction) { report(fraction); });
-    reply(MessageKind::begun, packed(restrict_process(memory)));
+    reply(MessageKind::begun, packed(getpid(), restrict_process(memory)));
     while ((message = receive(socket_))) answer(message->bytes);
   }
 
@@ -146,7 +174,7 @@ class Connection {
   void answer(const std::string& request) {
     try {
       if (before_answer) before_answer(path_, request, socket_);
-      const Service::Answer made = service_->answer(request);
+      const Answer made = service_(request);
       const Descriptor text = shared_copy(made.text);
       std::vector<int> memory{text.get()};
       for (const Descriptor& block : made.blocks) memory.push_back(block.get());
@@ -182,7 +210,7 @@ class Connection {
   int socket_;
   OpenService open_;
   std::string path_;
-  std::unique_ptr<Service> service_;
+  Service service_;
   std::chrono::steady_clock::time_point reported_{};
 };
 
@@ -190,6 +218,7 @@ class Connection {
 
 void serve(int connection, OpenService open) {
   try {
+    tell_crashes(connection);
     Connection(connection, open).serve();
   } catch (const std::exception&) {
     _exit(1);

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <atomic>
-#include <cmath>
-#include <cstring>
+#include <functional>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
+#include <type_traits>
 #include <utility>
 
 #include "base/memory.h"
@@ -20,37 +20,6 @@ namespace psivox {
 namespace vdb {
 namespace {
 
-Error nonsense(const FileBlocks& file, const std::string& what) {
-  return Error(ExitCode::input,
-               file.path() + ": is damaged: its reader answered nonsense: " + what);
-}
-
-/// Whether this process lacks memory or threads: the file may be in order.
-bool is_of_this_process(const std::exception& error) {
-  return dynamic_cast<const std::bad_alloc*>(&error) || lacks_threads(error);
-}
-
-/// What take() makes of the answer of a process and its blocks. Throws Error(input), also if the
-/// answer is nonsense.
-template <typename R, typename Take>
-auto ask_process(guard::Process& process, const FileBlocks& file, const R& request,
-                 const Progress& progress, const Take& take) {
-  try {
-    const guard::SealedAnswer sealed =
-        process.ask(guard::packed(Request(request)), subject(file.path(), request.grid), progress);
-    typename R::Answer answer;
-    guard::unpack(sealed.text, answer);
-    return take(std::move(answer), sealed.blocks);
-  } catch (const Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    if (is_of_this_process(error)) throw;
-    throw nonsense(file, error.what());
-  }
-}
-
-constexpr auto as_it_is = [](auto answer, const auto&) { return answer; };
-
 /// Reads in a process of its own, which answers as open_reader's reader does. If the process ends,
 /// the next call starts another one.
 class GuardedReader final : public Reader {
@@ -65,16 +34,16 @@ class GuardedReader final : public Reader {
 
   FileFacts facts() override {
     const std::lock_guard lock(mutex_);
-    facts_ = ask(FactsRequest());
+    facts_ = ask<FileFacts>({Request::What::facts});
     budget_->claim(facts_.value_bytes);
     return facts_;
   }
 
   std::vector<GridInfo> info(const std::string& grid, bool values) override {
     const std::lock_guard lock(mutex_);
-    if (!grid.empty()) return {row(grid, values)};
+    if (!grid.empty()) return rows(grid, values);
     try {
-      return ask(InfoRequest{grid, values});
+      return rows(grid, values);
     } catch (const Error& error) {
       if (error.code() != ExitCode::input) throw;
     }
@@ -89,7 +58,7 @@ class GuardedReader final : public Reader {
       row.channels = grid_facts.channels;
       row.problem = "was not read, because reading other grids failed";
       try {
-        if (ends < most_ends) row = this->row(row.name, values);
+        if (ends < most_ends) row = rows(row.name, values).at(0);
       } catch (const Error& error) {
         if (error.code() != ExitCode::input) throw;
         row.problem = without_subject(error.what(), file_->path(), row.name);
@@ -102,31 +71,29 @@ class GuardedReader final : public Reader {
 
   GridContent content(const std::string& grid) override {
     const std::lock_guard lock(mutex_);
-    return ask(ContentRequest{grid});
+    return ask<GridContent>({Request::What::content, {grid}});
   }
 
   Field read(const std::string& grid, const ReadOptions& options) override {
     const std::lock_guard lock(mutex_);
-    Field field = ask(ReadRequest{grid, options},
-                      [&](Field answer, const std::vector<guard::SealedMemory>& blocks) {
-                        if (!blocks.empty()) take_values(answer, blocks);
-                        check_field(answer, options);
-                        return answer;
-                      });
+    Field field = ask<Field>({Request::What::data, {grid, options}},
+                             [&](Field& answer, const std::vector<guard::SealedMemory>& blocks) {
+                               if (!blocks.empty()) take_values(answer, blocks);
+                               check_field(answer, options);
+                             });
     budget_->deliver(value_bytes(field));
     return field;
   }
 
   std::vector<float> leaves(const LeavesWish& wish) override {
     const std::lock_guard lock(mutex_);
-    std::vector<float> values =
-        ask(LeavesRequest{wish}, [&](std::vector<float> answer, const auto&) {
+    auto values = ask<std::vector<float>>(
+        {Request::What::leaves, wish}, [&](const std::vector<float>& answer, const auto&) {
           const std::size_t count = wish.numbers.size() * kLeafVoxels;
           if (answer.size() != count && answer.size() != 3 * count)
             throw std::runtime_error("another number of values");
           if (!all_good(answer, wish.options.role, wish.options.absent))
             throw std::runtime_error("values are not finite, or negative");
-          return answer;
         });
     budget_->deliver(values.size() * sizeof(float));
     return values;
@@ -139,28 +106,39 @@ class GuardedReader final : public Reader {
     return std::make_unique<guard::Process>(files, budget_, has_grids(*file_));
   }
 
-  /// What take() makes of the answer to a request. What is thrown ends the process, but for an
-  /// Error that the process answers with.
-  template <typename R, typename Take = decltype(as_it_is)>
-  typename R::Answer ask(const R& request, const Take& take = as_it_is) {
+  /// The answer to a request, which `check` has seen with its blocks. If that throws, or the
+  /// process answers nonsense, it is ended; not if it answers with an Error.
+  template <typename Answer>
+  Answer ask(const Request& request,
+             const std::type_identity_t<
+                 std::function<void(Answer&, std::vector<guard::SealedMemory>&)>>& check = {}) {
     auto process = process_ ? std::move(process_) : started();
     try {
-      auto answer = ask_process(*process, *file_, request, progress_, take);
+      guard::SealedAnswer sealed =
+          process->ask(guard::packed(request), subject(file_->path(), request.of.grid), progress_);
+      Answer answer;
+      guard::unpack(sealed.text, answer);
+      if (check) check(answer, sealed.blocks);
       process_ = std::move(process);
       return answer;
     } catch (const Error&) {
       if (process->is_intact()) process_ = std::move(process);
       throw;
+    } catch (const std::exception& error) {
+      // the file may be in order
+      if (dynamic_cast<const std::bad_alloc*>(&error) || lacks_threads(error)) throw;
+      throw Error(ExitCode::input,
+                  file_->path() + ": is damaged: its reader answered nonsense: " + error.what());
     }
   }
 
-  GridInfo row(const std::string& grid, bool values) {
-    return ask(InfoRequest{grid, values},
-               [](std::vector<GridInfo> rows, const auto&) {
-                 if (rows.size() != 1) throw std::runtime_error("another number of rows");
-                 return rows;
-               })
-        .front();
+  /// One row of a grid, or those of all: "".
+  std::vector<GridInfo> rows(const std::string& grid, bool values) {
+    return ask<std::vector<GridInfo>>({Request::What::info, {grid}, values},
+                                      [&](const std::vector<GridInfo>& rows, const auto&) {
+                                        if (rows.size() != 1 && !grid.empty())
+                                          throw std::runtime_error("another number of rows");
+                                      });
   }
 
   std::shared_ptr<FileBlocks> file_, data_;

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "guard/channel.h"
@@ -15,36 +14,13 @@
 
 namespace psivox::vdb {
 
-struct FactsRequest {
-  using Answer = FileFacts;
-  std::string grid{};  ///< always ""
+/// Asks for one function of a Reader, with its arguments.
+struct Request {
+  enum class What { facts, info, content, leaves, data };  ///< data: a field
+  What what = What::facts;
+  LeavesWish of{};      ///< grid, and what else `what` takes
+  bool values = false;  ///< as Reader::info
 };
-
-/// As Reader::info.
-struct InfoRequest {
-  using Answer = std::vector<GridInfo>;
-  std::string grid;
-  bool values = false;
-};
-
-struct ContentRequest {
-  using Answer = GridContent;
-  std::string grid;
-};
-
-/// The answer's blocks have the values of the leaves, unless they stay in the file.
-struct ReadRequest {
-  using Answer = Field;
-  std::string grid;
-  ReadOptions options;
-};
-
-/// As Reader::leaves.
-struct LeavesRequest : LeavesWish {
-  using Answer = std::vector<float>;
-};
-
-using Request = std::variant<FactsRequest, InfoRequest, ContentRequest, ReadRequest, LeavesRequest>;
 
 /// Copies the values of a field's leaves to shared memory, in blocks of the same number of leaves.
 /// Frees the field's own blocks as they are copied. Throws std::bad_alloc.
@@ -57,13 +33,10 @@ void take_values(Field& field, const std::vector<guard::SealedMemory>& blocks);
 /// break the rules of field.h. A process that a file has taken over could send such a field.
 void check_field(const Field& field, const ReadOptions& options);
 
-PSIVOX_PACK(FactsRequest, grid)
-PSIVOX_PACK(InfoRequest, grid, values)
-PSIVOX_PACK(ContentRequest, grid)
+PSIVOX_PACK(LeavesWish, grid, options, largest, numbers)
+PSIVOX_PACK(Request, what, of, values)
 PSIVOX_PACK(GridFacts, name, base_name, channels, value_type, grid_class, place)
 PSIVOX_PACK(FileFacts, grids, metadata, z_up, lost, value_bytes)
-PSIVOX_PACK(ReadRequest, grid, options)
-PSIVOX_PACK(LeavesRequest, grid, options, largest, numbers)
 
 }  // namespace psivox::vdb
 

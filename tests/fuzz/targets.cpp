@@ -145,8 +145,8 @@ void read_volume(std::string_view bytes) {
   } catch (const Error&) {
   }
   const Field field = file.read(file.default_grid());
-  const AtlasOptions limited{.memory_limit = 64 << 20};
-  build_atlas(field, limited);
+  constexpr std::uint64_t most = 64 << 20;
+  if (predict_atlas(field).bytes() <= most) build_atlas(field);
   Scene scene;
   scene.resolution = {1, 1};
   scene.extinction = 1.0;
