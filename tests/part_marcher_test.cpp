@@ -181,7 +181,8 @@ TEST(PartMarcher, CarriesLatticesThroughItsLayers) {
   lit.medium.light = ScatteredLight{};
   const AtlasOptions options = density_options(lit);
   const std::vector<glm::ivec3> blocks = visible_blocks(*view.medium.density, options);
-  const std::vector<glm::ivec3> bricks = textured_bricks(*view.medium.density, options);
+  std::vector<glm::ivec3> bricks;
+  predict_atlas(*view.medium.density, options, &bricks);
   std::vector<std::size_t> all(blocks.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   std::vector<Beam> beams;
@@ -225,8 +226,8 @@ TEST(PartMarcher, GathersASkyInOnePassForEachSide) {
   const View view = view_of(small_scene(21), share(mixed()), Glow::density);
   const std::vector<glm::ivec3> blocks =
       visible_blocks(*view.medium.density, density_options(view));
-  const std::vector<glm::ivec3> bricks =
-      textured_bricks(*view.medium.density, density_options(view));
+  std::vector<glm::ivec3> bricks;
+  predict_atlas(*view.medium.density, density_options(view), &bricks);
   std::vector<std::size_t> all(blocks.size());
   std::iota(all.begin(), all.end(), std::size_t{0});
   const auto uploads = [&](int directions) {

@@ -113,10 +113,6 @@ struct ValueEnds {
   Fill fill(std::uint64_t voxels) const;
 };
 
-/// Reads leaves whose values stay in a file, by their numbers in Field::leaves: 512 * channels
-/// floats each, one leaf after another. Several threads may call it. Throws Error(input).
-using ReadLeaves = std::function<void(std::span<const std::uint32_t> leaves, float* values)>;
-
 /// Keeps the values of leaves alive. Those of a large grid are in blocks, which may go one by one.
 struct Storage {
   std::vector<std::shared_ptr<const void>> blocks{};
@@ -137,12 +133,8 @@ struct Storage {
   }
 };
 
-/// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
-///
-/// Its value at a world point is the trilinear interpolation, in index space, of the values at
-/// integer coordinates. Where there is neither a leaf nor a tile, the value is 0. The domain is the
-/// active box, mostly grown by one voxel on every side; outside it is vacuum.
-struct Field {
+/// What a field is, without its values.
+struct FieldHead {
   std::string name;         ///< selectable name, `density` or `density[1]`
   std::string value_type;   ///< GridInfo's: float, ..., points, vec3i
   int channels = 1;         ///< 1 or 3
@@ -162,18 +154,31 @@ struct Field {
   /// distance [world units]: 0 outside the narrow band, twice the half width deep inside.
   double half_width = 0;
   ValueScale scale;                  ///< that its values have passed, its unit set
-  std::vector<Leaf> leaves;          ///< in OpenVDB's tree order; origins distinct
-  std::vector<Tile> tiles;           ///< disjoint from each other and from the leaves
-  std::optional<ArrayValues> array;  ///< of the leaves without values of their own
-  Storage storage;                   ///< keeps Leaf::values and the array alive
-  /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
-  /// then.
-  ReadLeaves reader;
   BadValues replaced;                ///< what reading has replaced; a notice tells of it
   std::vector<std::string> notices;  ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain.
   Box domain() const { return {active_box.min - margin, active_box.max + margin}; }
+};
+
+/// Reads leaves of a field whose values stay in a file, by their numbers in Field::leaves: 512 *
+/// channels floats each, one leaf after another. Several threads may call it. Throws Error(input).
+using ReadLeaves = std::function<void(const FieldHead& field, std::span<const std::uint32_t> leaves,
+                                      float* values)>;
+
+/// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
+///
+/// Its value at a world point is the trilinear interpolation, in index space, of the values at
+/// integer coordinates. Where there is neither a leaf nor a tile, the value is 0. The domain is the
+/// active box, mostly grown by one voxel on every side; outside it is vacuum.
+struct Field : FieldHead {
+  std::vector<Leaf> leaves{};          ///< in OpenVDB's tree order; origins distinct
+  std::vector<Tile> tiles{};           ///< disjoint from each other and from the leaves
+  std::optional<ArrayValues> array{};  ///< of the leaves without values of their own
+  Storage storage{};                   ///< keeps Leaf::values and the array alive
+  /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
+  /// then.
+  ReadLeaves reader{};
 };
 
 struct LeafValues;

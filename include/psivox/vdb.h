@@ -91,6 +91,9 @@ struct ReadOptions {
   /// and does not look for fill values. 0: no limit.
   std::uint64_t memory = 0;
   bool in_file = false;  ///< they stay there, however few
+  /// Of values that stay in the file: whether reading looks at them. If not, there are neither
+  /// ranges nor percentiles, and no tiles.
+  bool survey = true;
 };
 
 class VdbFile;

@@ -156,12 +156,10 @@ struct BrickAtlas {
 /// listed, all are.
 std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>& wanted = {});
 
-/// Sizes of the atlas that build_atlas would make.
-AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
-
-/// Coordinates of the atlas's textured bricks, each brick 8 voxels, and its sizes if wanted.
-std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options = {},
-                                        AtlasSize* size = nullptr);
+/// Sizes of the atlas that build_atlas would make, and the places of its textured bricks if wanted
+/// [8 voxels].
+AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {},
+                        std::vector<glm::ivec3>* textured = nullptr);
 
 /// Coordinates of the bricks that a leaf reaches into, each once. They follow from the topology
 /// alone.

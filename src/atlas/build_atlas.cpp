@@ -143,15 +143,11 @@ class Filler {
 
 }  // namespace
 
-std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options,
-                                        AtlasSize* size) {
+AtlasSize predict_atlas(const Field& field, const AtlasOptions& options,
+                        std::vector<glm::ivec3>* textured) {
   Plan plan = make_plan(field, options);
-  if (size) *size = plan.atlas.size;
-  return std::move(plan.atlas.places);
-}
-
-AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
-  return make_plan(field, options).atlas.size;
+  if (textured) *textured = std::move(plan.atlas.places);
+  return plan.atlas.size;
 }
 
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options, Storage* storage) {

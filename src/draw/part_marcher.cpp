@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "field/value_range.h"
 #include "psivox/medium.h"
 
 namespace psivox {
@@ -295,7 +296,7 @@ void PartMarcher::drop_dark() {
 }
 
 double PartMarcher::greatest_of(const View& view) {
-  if (!greatest_) greatest_ = density_range(view.medium).y;
+  if (!greatest_) greatest_ = stored_range(*view.medium.density).y;
   return *greatest_;
 }
 

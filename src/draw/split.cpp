@@ -79,8 +79,7 @@ Needs needs_of(const View& view, int light, const Copies& copies) {
     needs.light = light * needs.texels;
     needs.on_host = double(value_bytes(*medium.density));
   } else {
-    AtlasSize density;
-    needs.places = textured_bricks(*medium.density, density_options(view), &density);
+    const AtlasSize density = predict_atlas(*medium.density, density_options(view), &needs.places);
     needs.bricks = double(std::max<std::uint64_t>(density.textured_bricks, 1));
     needs.texels = double(density.texel_bytes);
     needs.light = light * double(density.texel_bytes);

@@ -62,12 +62,12 @@ Process::Process(const std::vector<SharedFile>& files, std::shared_ptr<Budget> b
 void Process::fail(const std::string& what) const { throw Error(ExitCode::input, subject_ + what); }
 
 void Process::explain_end(int signal) const {
-  if (process_ == 0)
-    throw Error(ExitCode::failure, path_ + ": no process to read it in could be started");
   constexpr std::uint64_t scarce = 256 << 20;  // a library may not look whether it was given memory
   if (const std::uint64_t left = available_memory(); left > 0 && left < scarce)
     throw Error(ExitCode::memory, path_ + ": cannot be read: its reader ended where " +
                                       mebibytes(left) + " of memory are left");
+  if (process_ == 0 && signal == 0)
+    throw Error(ExitCode::failure, path_ + ": no process to read it in could be started");
   if (signal != 0) fail("is damaged: reading it crashed (" + std::string(strsignal(signal)) + ")");
   fail(
       "cannot be read: its reader ended without an answer; the system may have ended it for lack of"
@@ -102,9 +102,13 @@ Message Process::next_message() {
     const std::chrono::duration<double> waited = Clock::now() - begin;
     count_time(std::min(waited.count(), 2e-3 * tick_ms));
     if (ready <= 0) continue;
-    if (std::optional<Message> message = receive(ends_.connection.get()))
+    std::optional<Message> message = receive(ends_.connection.get());
+    if (!message) explain_end(0);
+    if (static_cast<MessageKind>(message->bytes.front()) != MessageKind::crash)
       return std::move(*message);
-    explain_end(0);
+    int signal = 0;
+    unpack(std::string_view(message->bytes).substr(1), signal);
+    explain_end(signal);
   }
 }
 
@@ -153,11 +157,6 @@ SealedAnswer Process::ask(std::string_view request, std::string subject, const P
         unpack(content, code, text, intact_);
         const bool memory = code == static_cast<int>(ExitCode::memory);
         throw Error(memory ? ExitCode::memory : ExitCode::input, printable(text));
-      }
-      case MessageKind::crash: {
-        int signal = 0;
-        unpack(content, signal);
-        explain_end(signal);
       }
       default: {
         double fraction = 0;

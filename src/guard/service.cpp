@@ -18,6 +18,7 @@
 #include <thread>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "pack.h"
 
 namespace psivox::guard {
@@ -32,45 +33,12 @@ void limit(__rlimit_resource what, std::uint64_t most) {
 }
 
 /// Calls that need no look at their arguments: on open descriptors, memory, threads and time.
-constexpr int allowed_calls[] = {SCMP_SYS(read),
-                                 SCMP_SYS(readv),
-                                 SCMP_SYS(pread64),
-                                 SCMP_SYS(write),
-                                 SCMP_SYS(lseek),
-                                 SCMP_SYS(recvmsg),
-                                 SCMP_SYS(sendmsg),
-                                 SCMP_SYS(poll),
-                                 SCMP_SYS(ppoll),
-                                 SCMP_SYS(close),
-                                 SCMP_SYS(dup),
-                                 SCMP_SYS(fstat),
-                                 SCMP_SYS(fadvise64),
-                                 SCMP_SYS(memfd_create),
-                                 SCMP_SYS(pwrite64),
-                                 SCMP_SYS(brk),
-                                 SCMP_SYS(munmap),
-                                 SCMP_SYS(mremap),
-                                 SCMP_SYS(madvise),
-                                 SCMP_SYS(futex),
-                                 SCMP_SYS(set_robust_list),
-                                 SCMP_SYS(rseq),
-                                 SCMP_SYS(sched_yield),
-                                 SCMP_SYS(sched_getaffinity),
-                                 SCMP_SYS(gettid),
-                                 SCMP_SYS(getpid),
-                                 SCMP_SYS(membarrier),
-                                 SCMP_SYS(rt_sigaction),
-                                 SCMP_SYS(rt_sigprocmask),
-                                 SCMP_SYS(rt_sigreturn),
-                                 SCMP_SYS(sigaltstack),
-                                 SCMP_SYS(restart_syscall),
-                                 SCMP_SYS(exit),
-                                 SCMP_SYS(exit_group),
-                                 SCMP_SYS(clock_gettime),
-                                 SCMP_SYS(clock_nanosleep),
-                                 SCMP_SYS(nanosleep),
-                                 SCMP_SYS(gettimeofday),
-                                 SCMP_SYS(getrandom)};
+constexpr std::string_view allowed_calls =
+    "read readv pread64 write lseek recvmsg sendmsg poll ppoll close dup fstat fadvise64 "
+    "memfd_create pwrite64 brk munmap mremap madvise futex set_robust_list rseq sched_yield "
+    "sched_getaffinity gettid getpid membarrier rt_sigaction rt_sigprocmask rt_sigreturn "
+    "sigaltstack restart_syscall exit exit_group clock_gettime clock_nanosleep nanosleep "
+    "gettimeofday getrandom";
 
 /// Loads the filter. All other calls fail, as in a kernel that lacks them: then libraries do
 /// without. Returns false if the kernel refuses it: limits of resources still hold.
@@ -81,7 +49,8 @@ bool restrict_calls() {
   const auto allow = [&](int call, auto... arguments) {
     seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, call, sizeof...(arguments), arguments...);
   };
-  for (const int call : allowed_calls) allow(call);
+  for (const std::string& name : split(allowed_calls, ' '))
+    allow(seccomp_syscall_resolve_name(name.c_str()));
   // threads, but no processes
   allow(SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
   // an abort sends a signal to the process itself

@@ -190,7 +190,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}, {}};
   result.part = region;
-  result.greatest = greatest ? *greatest : density_range(medium).y;
+  result.greatest = greatest ? *greatest : stored_range(*medium.density).y;
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
     result.luminance =
@@ -223,8 +223,6 @@ CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
   const auto width = CodeWidth(int(texel) - int(TexelType::code7));
   return std::make_shared<std::vector<CodeWidth>>(atlas.density.bricks.size(), width);
 }
-
-glm::dvec2 density_range(const Medium& medium) { return stored_range(*medium.density); }
 
 void add_luminance(MediumAtlas& atlas, const View& view, std::optional<Field> luminance) {
   atlas.luminance.reset();

@@ -73,10 +73,6 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
 /// the domain of the whole.
 Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin);
 
-/// The least and the greatest value of a medium's density; build_region_atlas asks for the
-/// greatest.
-glm::dvec2 density_range(const Medium& medium);
-
 /// What the device stores: the density's bricks, with the luminance beside them, as codes of these
 /// widths; all else is shared. `replaces`: see the same of a BrickAtlas; else the host keeps the
 /// float32 atlas, by which methods are chosen.

@@ -63,11 +63,7 @@ void add_tiles(const Tile& tile, std::vector<Tile>& coarse) {
 
 Field halved(const Field& field, Centering centering, CoarseValue what) {
   const std::size_t floats = 512 * std::size_t(field.channels);
-  Field coarse = field;
-  coarse.leaves.clear();
-  coarse.tiles.clear();
-  coarse.array.reset();
-  coarse.reader = nullptr;
+  Field coarse{FieldHead(field)};
   coarse.active_box = {field.active_box.min >> 1, field.active_box.max >> 1};
   coarse.active_voxels = (field.active_voxels + 7) / 8;
   // voxel i stands for voxels 2i and 2i + 1, and its middle is between theirs

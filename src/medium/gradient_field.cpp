@@ -10,7 +10,6 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
-#include <tuple>
 #include <unordered_set>
 
 #include "base/text.h"
@@ -58,7 +57,7 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   for (const Leaf& leaf : field.leaves) add_faces(leaf.origin, 8);
   for (const Tile& tile : field.tiles) add_faces(tile.origin, tile.width);
   std::vector<glm::ivec3> sorted(blocks.begin(), blocks.end());
-  std::ranges::sort(sorted, {}, [](const glm::ivec3& v) { return std::tuple(v.x, v.y, v.z); });
+  std::ranges::sort(sorted, comes_before);
   return sorted;
 }
 

@@ -40,10 +40,10 @@ std::shared_ptr<const Field> noted(Field field, const std::string& what) {
   return std::make_shared<const Field>(std::move(field));
 }
 
-/// The field at the scene's level of detail.
-std::shared_ptr<const Field> at_level(const Scene& scene, Field field) {
+/// The field at the scene's level of detail, which it may have already.
+std::shared_ptr<const Field> at_level(const Scene& scene, Field field, bool is_coarse = false) {
   if (scene.lod == 0) return std::make_shared<const Field>(std::move(field));
-  Field coarse = coarse_field(field, scene.lod, scene.centering);
+  Field coarse = is_coarse ? std::move(field) : coarse_field(field, scene.lod, scene.centering);
   const std::string width = std::to_string(1 << scene.lod);
   coarse.notices.push_back("grid '" + coarse.name + "': --lod " + std::to_string(scene.lod) +
                            " makes one voxel of " + width + "x" + width + "x" + width);
@@ -71,6 +71,7 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
   options.in_file = is_shared(parts);
+  options.survey = parts.team->first();
   return file.read(name, options);
 }
 
@@ -98,6 +99,7 @@ Field read_density(const Scene& scene, const VdbFile& file, const std::string& n
   Field field = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
                                   : read_scalar_density(scene, file, part.grid, options, parts);
   parts.team->check_same(topology_of(field), "sees another volume");
+  if (field.reader) take_first(field, *parts.team);
   if (field.reader && scene.lod == 0 && !is_shared(parts)) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
@@ -140,11 +142,18 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
     density.notices.push_back("grid " + in_quotes(grid) + " of " +
                               std::to_string(file.names().size()) +
                               "; --grid NAME chooses another");
-  if (is_shared(parts) && density.reader && scene.lod == 0) {
-    fields.drawn = std::make_shared<const Field>(std::move(density));
-    density = overview_of(*fields.drawn, scene.centering, own_memory(scene, parts));
+  const bool chosen_by_first = is_shared(parts) && density.reader;
+  if (chosen_by_first) {
+    Field overview;
+    if (parts.team->first())
+      overview = scene.lod > 0 ? coarse_field(density, scene.lod, scene.centering)
+                               : overview_of(density, scene.centering, own_memory(scene, parts));
+    if (scene.lod == 0) fields.drawn = std::make_shared<const Field>(std::move(density));
+    take_first(overview, *parts.team);
+    density = std::move(overview);
   }
-  fields.density = scaled_values(at_level(scene, std::move(density)), scene.value_scale);
+  fields.density =
+      scaled_values(at_level(scene, std::move(density), chosen_by_first), scene.value_scale);
   if (!scene.composites() && !scene.shines()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values

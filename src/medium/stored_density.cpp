@@ -8,6 +8,7 @@
 #include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "medium/map_field.h"
+#include "vdb/reading_messages.h"
 
 namespace psivox {
 namespace {
@@ -44,6 +45,25 @@ Field overview_of(const Field& stored, Centering centering, std::uint64_t memory
   const int level = overview_level(stored, most_leaves);
   return level > 0 ? coarse_field(stored, level, centering, CoarseValue::sample)
                    : part_of_field(stored, everywhere);
+}
+
+void take_first(Field& field, Team& team) {
+  if (team.size() == 1) return;
+  std::vector<float> values;
+  if (team.first() && !stays_in_file(field))
+    for (const Leaf& leaf : field.leaves) {
+      const OrderedValues own(field, leaf);
+      values.insert(values.end(), own.begin(), own.end());
+    }
+  const std::string first = team.gather(team.first() ? guard::packed(field, values) : "").front();
+  if (team.first()) return;
+  guard::unpack(first, field, values);
+  if (values.empty()) return;
+  field.reader = {};
+  fill_leaves(field, [&](std::size_t n, float* to) {
+    const std::size_t floats = values.size() / field.leaves.size();
+    std::copy_n(values.begin() + std::ptrdiff_t(n * floats), floats, to);
+  });
 }
 
 bool is_shared(const Parts& parts) { return parts.team->size() > 1; }

@@ -13,10 +13,10 @@
 #include <glm/common.hpp>
 #include <limits>
 #include <span>
-#include <tuple>
 #include <type_traits>
 #include <vector>
 
+#include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "scene/transfer_function.h"
@@ -255,8 +255,7 @@ class MergedBlocks {
   };
 
   void merge() {
-    std::ranges::stable_sort(
-        blocks_, {}, [](const Merged& m) { return std::tuple(m.cube.x, m.cube.y, m.cube.z); });
+    std::ranges::stable_sort(blocks_, comes_before, &Merged::cube);
     std::size_t count = 0;
     for (const Merged& some : blocks_) {
       if (count == 0 || blocks_[count - 1].cube != some.cube) {

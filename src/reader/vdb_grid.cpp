@@ -131,7 +131,7 @@ class VdbGrid final : public FileGrid {
       if ((node.getCoord() & ~(int(TreeT::RootNodeType::ChildNodeType::DIM) - 1)) !=
           node.getCoord())
         throw std::runtime_error("a node of its root is at an impossible place");
-    begin(from.head, points);
+    begin(from.head);
   }
 
   std::string why_whole() const override {
@@ -145,9 +145,9 @@ class VdbGrid final : public FileGrid {
   bool half() const { return coding_->halfFloat(); }
   LeafDecoder<LeafT> decoder() const { return {file_, coding_, background(), fill_}; }
 
-  Topology read_topology(const TopologyWish& wish) override {
+  Topology read_topology() override {
     leaves_.clear();
-    TopologyBuilder<ValueT> found(wish, background());
+    TopologyBuilder<ValueT> found(fill_, background());
     take_nodes(grid_->tree().root(), found, [&](LeafT& leaf) { leaves_.push_back(&leaf); });
     return found.take();
   }

@@ -85,10 +85,9 @@ void GridFile::guarded(const GridEntry& entry, const std::function<void()>& work
   });
 }
 
-void FileGrid::begin(GridHead head, bool masks) {
+void FileGrid::begin(GridHead head) {
   head_ = std::move(head);
-  masks_ = masks || marked_;
-  topology_ = read_topology({.masks = masks_});
+  topology_ = read_topology();
   if (marked_) mark();
 }
 
@@ -107,7 +106,7 @@ void FileGrid::set_background(double value) {
         formatted("has no value %g, which --background-value asks for", value));
   fill_ = value;
   if (value != 0) {  // tiles of 0 are left out
-    guarded([&] { topology_ = read_topology({.masks = masks_, .background = value}); });
+    guarded([&] { topology_ = read_topology(); });
     if (summary().active_voxels > 0) fill_root(value);
   }
   topology_.summary.background = glm::dvec3(0);

@@ -120,10 +120,10 @@ class FileGrid {
       : grid_file_(file), entry_(entry), marked_(marked) {}
 
   /// Sets the grid's head and topology, and what `marked` makes of them.
-  void begin(GridHead head, bool masks);
+  void begin(GridHead head);
 
-  /// The topology of a grid whose head is set.
-  virtual Topology read_topology(const TopologyWish& wish) = 0;
+  /// The topology of a grid whose head is set, with `fill_` where it has its background.
+  virtual Topology read_topology() = 0;
   /// Whether values of the grid's type can be this number.
   virtual bool can_be(double value) const = 0;
   /// Read the leaves of a grid that is not marked.
@@ -144,7 +144,7 @@ class FileGrid {
 
   const GridFile& grid_file_;
   const GridEntry& entry_;
-  bool marked_, masks_ = false;
+  bool marked_;
 };
 
 /// Reads a grid, as Reader::read does; VdbFile::read says what is thrown.

@@ -30,11 +30,6 @@ namespace {
   throw Error(ExitCode::input, file.path() + ": " + (format.empty() ? unknown : format));
 }
 
-glm::dvec3 column_lengths(const glm::dmat4& m) {
-  const auto length = [&](int i) { return glm::length(glm::dvec3(m[i])); };
-  return {length(0), length(1), length(2)};
-}
-
 /// Statistics of the active values in their own type.
 std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
   const int channels = grid.channels();
@@ -60,10 +55,7 @@ void set_transform(const Transform& transform, GridInfo& info) {
     info.world_max = place.world_max;
     return;
   }
-  info.world_from_index = transform.world_from_index;
-  info.voxel_size = column_lengths(info.world_from_index);
-  if (!info.active_box.empty())
-    std::tie(info.world_min, info.world_max) = bounds_of(info.active_box, info.world_from_index);
+  set_linear(transform.world_from_index, info);
 }
 
 /// Without OpenVDB's own statistics of the file and what other rows tell.

@@ -138,29 +138,15 @@ class Reading {
     return {options_, field_.channels, ranges, field_.active_box};
   }
 
-  /// Surveys leaves as they come, and those that may hold fill values at the end.
-  ValueSurvey survey_leaves(Voxels& voxels, const LeafSurvey& survey, const auto& each) {
-    std::vector<char> open(voxels.leaves.size());
-    SurveySum sum;
-    SumOf<ValueEnds> ends;
-    each([&](std::size_t n, const LeafMask& active) {
-      float* const values = voxels.leaves[n];
-      open[n] = survey.may_hold_fill(values);
-      if (open[n])
-        ends.add(survey.ends(values));
-      else
-        sum.add(survey.take(field_.leaves[n].origin, values, active));
-    });
-    survey_ = survey;
+  ValueSurvey survey_leaves(Voxels& voxels, const auto& each) {
+    survey_ = leaf_survey(options_.role == GridRole::data);
     std::vector<TileValue> tiles;
     for (const TilePart& part : voxels.tiles)
       tiles.push_back({part.tile().value.x, tile_voxels(part.tile())});
-    survey_->find_fill(ends.total(), sum.total(), tiles, field_.active_voxels);
-    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t n) {
-      if (open[n])
-        sum.add(survey_->take(field_.leaves[n].origin, voxels.leaves[n], voxels.active[n]));
-    });
-    return sum.total();
+    return vdb::survey_leaves(
+        *survey_, voxels.leaves.size(), tiles, field_.active_voxels, each, [&](std::size_t n) {
+          return survey_->take(field_.leaves[n].origin, voxels.leaves[n], voxels.active[n]);
+        });
   }
 
   /// Whether leaves' values are more than is to be kept in memory. Throws Error(memory) if they are
@@ -205,16 +191,15 @@ class Reading {
       for (std::size_t i = 0; i < some; ++i, ++n)
         voxels.leaves.push_back(values.get() + i * length);
     }
-    return survey_leaves(voxels, leaf_survey(options_.role == GridRole::data),
-                         [&](const auto& look) {
-                           grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
-                             float* const to = voxels.leaves[n];
-                             leaf.copy_to(to);
-                             voxels.active[n] = leaf.active();
-                             field_.leaves[n] = {grid_.topology().leaves[n], to};
-                             look(n, leaf.active());
-                           });
-                         });
+    return survey_leaves(voxels, [&](const auto& look) {
+      grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+        float* const to = voxels.leaves[n];
+        leaf.copy_to(to);
+        voxels.active[n] = leaf.active();
+        field_.leaves[n] = {grid_.topology().leaves[n], to};
+        look(n, to);
+      });
+    });
   }
 
   /// Takes what OpenVDB makes of a level set or a frustum.
@@ -229,11 +214,10 @@ class Reading {
     voxels = std::move(made.voxels);
     for (std::size_t n = 0; n < made.origins.size(); ++n)
       field_.leaves.push_back({made.origins[n], voxels.leaves[n]});
-    return survey_leaves(voxels, leaf_survey(options_.role == GridRole::data),
-                         [&](const auto& look) {
-                           tbb::parallel_for(std::size_t{0}, made.origins.size(),
-                                             [&](std::size_t n) { look(n, voxels.active[n]); });
-                         });
+    return survey_leaves(voxels, [&](const auto& look) {
+      tbb::parallel_for(std::size_t{0}, made.origins.size(),
+                        [&](std::size_t n) { look(n, voxels.leaves[n]); });
+    });
   }
 
   /// Sets tiles. Returns what is found in them; +Inf stays.
@@ -278,6 +262,7 @@ class Reading {
     survey_ = leaf_survey(/*ranges=*/true);
     for (const glm::ivec3& origin : grid_.topology().leaves)
       field_.leaves.push_back({origin, nullptr});
+    if (!options_.survey) return std::move(field_);
     SurveySum sum;
     grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
       LeafOfFloats values;

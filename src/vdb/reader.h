@@ -36,8 +36,8 @@ struct FileFacts {
 /// Leaves of a field whose values have stayed in the file.
 struct LeavesWish {
   std::string grid;
-  ReadOptions options;  ///< by which the field was read
-  float largest = 0;    ///< in place of +Inf
+  ReadOptions options{};  ///< by which the field was read
+  float largest = 0;      ///< in place of +Inf
   std::vector<std::uint32_t> numbers{};
 };
 

@@ -49,24 +49,27 @@ PSIVOX_PACK(GridInfo, name, type, value_type, grid_class, channels, half, active
 PSIVOX_PACK(GridContent, active_voxels, nothing)
 PSIVOX_PACK(GridPlace, voxels, known, world_min, world_max, voxel_size, domain)
 PSIVOX_PACK(ReadOptions, role, strict, distances, absent, fill, fill_value, empty, active,
-            background, percentiles, memory, in_file)
+            background, percentiles, memory, in_file, survey)
 PSIVOX_PACK(Fill, low, high, given)
 PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, filled, clamped, largest, least,
             fill, absent)
 PSIVOX_PACK(Tile, origin, width, value)
 PSIVOX_PACK(Box, min, max)
 
+inline void describe(guard::Codec& codec, FieldHead& head) {
+  auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
+         active_range, stored_range, percentiles, width, scale, replaced, notices] = head;
+  codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
+        active_range, stored_range, percentiles, width, replaced, notices);
+}
+
 /// Without values of leaves.
 inline void describe(guard::Codec& codec, Field& field) {
-  auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
-         active_range, stored_range, percentiles, width, scale, leaves, tiles, array, storage,
-         reader, replaced, notices] = field;
   std::vector<glm::ivec3> origins;
-  for (const Leaf& leaf : leaves) origins.push_back(leaf.origin);
-  codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
-        active_range, stored_range, percentiles, width, replaced, notices, origins, tiles);
-  leaves.resize(origins.size());
-  for (std::size_t n = 0; n < origins.size(); ++n) leaves[n].origin = origins[n];
+  for (const Leaf& leaf : field.leaves) origins.push_back(leaf.origin);
+  codec(static_cast<FieldHead&>(field), origins, field.tiles);
+  field.leaves.resize(origins.size());
+  for (std::size_t n = 0; n < origins.size(); ++n) field.leaves[n].origin = origins[n];
 }
 
 }  // namespace psivox

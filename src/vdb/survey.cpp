@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "base/text.h"
+#include "field/index_space.h"
 #include "field/lane_range.h"
 #include "field/leaf_values.h"
 #include "psivox/error.h"
@@ -232,6 +234,14 @@ std::optional<ValueStatistics> Statistics::all() const {
                          not_finite,
                          std::uint64_t(filled.voxels),
                          filled.voxels > 0 ? filled.least : 0};
+}
+
+void set_linear(const glm::dmat4& world_from_index, GridInfo& info) {
+  info.world_from_index = world_from_index;
+  for (int axis = 0; axis < 3; ++axis)
+    info.voxel_size[axis] = glm::length(glm::dvec3(world_from_index[axis]));
+  if (!info.active_box.empty())
+    std::tie(info.world_min, info.world_max) = bounds_of(info.active_box, world_from_index);
 }
 
 GridContent content_of(std::uint64_t active_voxels, bool has_value) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tbb/combinable.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -117,7 +118,6 @@ class LeafSurvey {
   /// Whether a leaf may have fill values, which cannot be known before all such leaves' ends are.
   bool may_hold_fill(const float* values) const;
   ValueEnds ends(const float* values) const;
-  void set_fill(const Fill& fill) { fill_ = fill; }
   const Fill& fill() const { return fill_; }
   /// Whether a leaf has them.
   bool holds_fill(const float* values) const;
@@ -162,6 +162,28 @@ class SumOf {
   tbb::combinable<Found> found_;
 };
 using SurveySum = SumOf<ValueSurvey>;
+
+/// Surveys so many leaves of a grid of `voxels` active ones. each(look) calls look(n, values) for
+/// each leaf, take(n) surveys one; where fill values may be, after all have been looked at.
+ValueSurvey survey_leaves(LeafSurvey& survey, std::size_t leaves,
+                          const std::vector<TileValue>& tiles, std::uint64_t voxels,
+                          const auto& each, const auto& take) {
+  std::vector<char> open(leaves);
+  SurveySum sum;
+  SumOf<ValueEnds> ends;
+  each([&](std::size_t n, const float* values) {
+    open[n] = survey.may_hold_fill(values);
+    if (open[n])
+      ends.add(survey.ends(values));
+    else
+      sum.add(take(n));
+  });
+  survey.find_fill(ends.total(), sum.total(), tiles, voxels);
+  tbb::parallel_for(std::size_t{0}, leaves, [&](std::size_t n) {
+    if (open[n]) sum.add(take(n));
+  });
+  return sum.total();
+}
 
 /// Surveys a field's tiles, as `take` does a leaf, but for active voxels. Tiles of 0 go, unless
 /// `keep_zeros`.
@@ -208,6 +230,9 @@ struct Statistics {
   }
   std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
 };
+
+/// Sets the place of a grid whose active box is set.
+void set_linear(const glm::dmat4& world_from_index, GridInfo& info);
 
 /// What a picture could be made of a grid with so many active voxels, some of which are not 0.
 GridContent content_of(std::uint64_t active_voxels, bool has_value);

@@ -45,15 +45,14 @@ struct VdbFile::Impl {
   /// A field whose values may have stayed in the file, with what reads them.
   Field with_leaves(const std::string& grid, const ReadOptions& options, Field field) const {
     if (field.reader || !stays_in_file(field)) return field;
-    const bool infinite = field.replaced.positive_infinite > 0;
-    field.reader =
-        [from = reader,
-         wish = vdb::LeavesWish{grid, options, infinite ? field.replaced.largest : HUGE_VALF}](
-            std::span<const std::uint32_t> numbers, float* values) {
-          vdb::LeavesWish some = wish;
-          some.numbers.assign(numbers.begin(), numbers.end());
-          std::ranges::copy(from->leaves(some), values);
-        };
+    field.reader = [from = reader, wish = vdb::LeavesWish{grid, options}](
+                       const FieldHead& head, std::span<const std::uint32_t> numbers,
+                       float* values) {
+      vdb::LeavesWish some = wish;
+      some.largest = head.replaced.positive_infinite > 0 ? head.replaced.largest : HUGE_VALF;
+      some.numbers.assign(numbers.begin(), numbers.end());
+      std::ranges::copy(from->leaves(some), values);
+    };
     return field;
   }
 

@@ -134,7 +134,8 @@ void read_in_file(const VdbFile& file) {
   std::vector<std::uint32_t> leaves(field.leaves.size());
   std::iota(leaves.begin(), leaves.end(), 0);
   for (std::size_t n = 0; n < leaves.size(); n += at_once)
-    field.reader(std::span(leaves).subspan(n, std::min(at_once, leaves.size() - n)), values.data());
+    field.reader(field, std::span(leaves).subspan(n, std::min(at_once, leaves.size() - n)),
+                 values.data());
 }
 
 void read_volume(std::string_view bytes) {
