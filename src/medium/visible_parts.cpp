@@ -388,13 +388,10 @@ class BlockFinder {
     constexpr int widest = 128;  // a wider one has millions of cells at its faces
     if (tile.width > widest && !inner.empty()) return add_box(whole.min, whole.max);
     if (!inner.empty()) add_box(start(inner.min), start(inner.max) + 7);
-    for (int x = first.x; x <= last.x; ++x)
-      for (int y = first.y; y <= last.y; ++y)
-        for (int z = first.z; z <= last.z; ++z) {
-          const glm::ivec3 cell(x, y, z);
-          if (!inner.empty() && inner.contains(cell)) continue;
-          add_box(glm::max(start(cell), whole.min), glm::min(start(cell) + 7, whole.max));
-        }
+    for_points({first, last}, [&](const glm::ivec3& cell) {
+      if (inner.empty() || !inner.contains(cell))
+        add_box(glm::max(start(cell), whole.min), glm::min(start(cell) + 7, whole.max));
+    });
   }
 
   const Field& field_;

@@ -41,14 +41,10 @@ class GuardedReader final : public Reader {
 
   std::vector<GridInfo> info(const std::string& grid, bool values) override {
     const std::lock_guard lock(mutex_);
-    if (!grid.empty()) return rows(grid, values);
-    try {
-      return rows(grid, values);
-    } catch (const Error& error) {
-      if (error.code() != ExitCode::input) throw;
-    }
-    // a grid ended the reader: each is asked for by itself, until several have ended theirs, which
-    // may take the time that an answer has
+    if (!grid.empty()) return {row_of(grid, values)};
+    if (facts_.grids.empty()) facts_ = ask<FileFacts>({Request::What::facts});
+    // each is asked for by itself: a grid may end the reader, and several that do may take all the
+    // time that the file has
     constexpr int most_ends = 2;
     int ends = 0;
     std::vector<GridInfo> all;
@@ -58,7 +54,7 @@ class GuardedReader final : public Reader {
       row.channels = grid_facts.channels;
       row.problem = "was not read, because reading other grids failed";
       try {
-        if (ends < most_ends) row = rows(row.name, values).at(0);
+        if (ends < most_ends) row = row_of(row.name, values);
       } catch (const Error& error) {
         if (error.code() != ExitCode::input) throw;
         row.problem = without_subject(error.what(), file_->path(), row.name);
@@ -132,13 +128,13 @@ class GuardedReader final : public Reader {
     }
   }
 
-  /// One row of a grid, or those of all: "".
-  std::vector<GridInfo> rows(const std::string& grid, bool values) {
+  GridInfo row_of(const std::string& grid, bool values) {
     return ask<std::vector<GridInfo>>({Request::What::info, {grid}, values},
-                                      [&](const std::vector<GridInfo>& rows, const auto&) {
-                                        if (rows.size() != 1 && !grid.empty())
+                                      [](const std::vector<GridInfo>& rows, const auto&) {
+                                        if (rows.size() != 1)
                                           throw std::runtime_error("another number of rows");
-                                      });
+                                      })
+        .front();
   }
 
   std::shared_ptr<FileBlocks> file_, data_;
