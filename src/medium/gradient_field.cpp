@@ -111,11 +111,9 @@ void split_tile(const FieldIndex& gradient, const Box& domain, const Tile& tile,
     return;
   }
   const int width = FieldIndex::widths[std::size_t(level) + 1];
-  for (int x = 0; x < tile.width; x += width)
-    for (int y = 0; y < tile.width; y += width)
-      for (int z = 0; z < tile.width; z += width)
-        split_tile(gradient, domain, {tile.origin + glm::ivec3(x, y, z), width, tile.value},
-                   level + 1, parts);
+  for_points({glm::ivec3(0), glm::ivec3(tile.width / width - 1)}, [&](const glm::ivec3& at) {
+    split_tile(gradient, domain, {tile.origin + width * at, width, tile.value}, level + 1, parts);
+  });
 }
 
 }  // namespace

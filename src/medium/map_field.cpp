@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <glm/common.hpp>
@@ -13,6 +14,7 @@
 
 #include "base/text.h"
 #include "field/field_index.h"
+#include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "psivox/error.h"
@@ -37,10 +39,9 @@ class Filler {
   /// Fills the cubes of one width that lie in [min, max].
   void fill(int level, const glm::ivec3& min, const glm::ivec3& max) {
     const int width = FieldIndex::widths[std::size_t(level)];
-    const glm::ivec3 first = min & ~(width - 1);
-    for (int x = first.x; x <= max.x; x += width)
-      for (int y = first.y; y <= max.y; y += width)
-        for (int z = first.z; z <= max.z; z += width) fill_cube(level, width, {x, y, z});
+    const int shift = std::countr_zero(unsigned(width));
+    for_points({min >> shift, max >> shift},
+               [&](const glm::ivec3& cube) { fill_cube(level, width, cube << shift); });
   }
 
   std::vector<Tile> tiles;

@@ -39,7 +39,7 @@ std::string z_up_creator(const MetadataText& metadata) {
 }
 
 /// Tiles of the root that may be added: 28 MB of them.
-constexpr double most_root_tiles = 1 << 20;
+constexpr std::uint64_t most_root_tiles = 1 << 20;
 
 }  // namespace
 
@@ -114,30 +114,24 @@ void FileGrid::set_background(double value) {
 
 /// Adds tiles to the root where it has neither a tile nor a node.
 void FileGrid::fill_root(double value) {
-  constexpr int width = 4096;
-  const auto node_of = [](const glm::ivec3& voxel) { return voxel & ~(width - 1); };
-  // One voxel around the active ones belongs to the domain.
-  const Box& box = summary().active_box;
-  const glm::ivec3 first = node_of(box.min - 1);
-  double count = 1;
-  for (int axis = 0; axis < 3; ++axis)
-    count *= (double(box.max[axis]) + 1 - first[axis]) / width + 1;
-  if (count > most_root_tiles)
+  constexpr int width = 4096, shift = 12;
+  // one voxel around the active ones belongs to the domain
+  const Box box = common(summary().active_box, everywhere);
+  const Box nodes{(box.min - 1) >> shift, (box.max + 1) >> shift};
+  if (count_of(nodes) > most_root_tiles)
     throw std::runtime_error(
         "is too wide to be filled with --background-value; only 0 needs no memory");
   std::vector<TilePart>& tiles = topology_.tiles;
   // a node has leaves or tiles everywhere
   std::set<glm::ivec3, decltype(&comes_before)> taken(comes_before);
-  for (const glm::ivec3& leaf : topology_.leaves) taken.insert(node_of(leaf));
-  for (const TilePart& tile : tiles) taken.insert(node_of(tile.origin));
-  for (int x = first.x; x <= box.max.x + 1; x += width)
-    for (int y = first.y; y <= box.max.y + 1; y += width)
-      for (int z = first.z; z <= box.max.z + 1; z += width)
-        if (!taken.contains({x, y, z}))
-          tiles.push_back({{x, y, z}, width, glm::dvec3(value), false});
+  for (const glm::ivec3& leaf : topology_.leaves) taken.insert(leaf >> shift);
+  for (const TilePart& tile : tiles) taken.insert(tile.origin >> shift);
+  for_points(nodes, [&](const glm::ivec3& node) {
+    if (!taken.contains(node)) tiles.push_back({node * width, width, glm::dvec3(value), false});
+  });
   std::ranges::stable_sort(tiles, [&](const TilePart& a, const TilePart& b) {
     if (a.width != b.width) return a.width > b.width;
-    return a.width == width && comes_before(node_of(a.origin), node_of(b.origin));
+    return a.width == width && comes_before(a.origin, b.origin);
   });
 }
 
