@@ -110,7 +110,7 @@ TEST(Atlas, BesideAnotherHasItsBricksAndAllValuesThere) {
 
   Field other =
       make_field({{-8, -8, -8}, {263, 135, 135}}, [](glm::ivec3 v) { return 1 + noise(v); });
-  const BrickAtlas beside = build_beside(other, layout, {});
+  const BrickAtlas beside = build_beside(other, layout);
   EXPECT_EQ(beside.pages.entries, layout.pages.entries);
   const FieldVoxels voxels(other);
   for (const glm::ivec3& place : layout.places) {
@@ -328,16 +328,6 @@ TEST(Atlas, PredictionIsWhatIsBuilt) {
       EXPECT_EQ(atlas.size.textured_bricks, atlas.bricks.size());
       EXPECT_EQ(atlas.size.texel_bytes, atlas.texel_count() * sizeof(float));
     }
-}
-
-TEST(Atlas, MemoryLimitIsKeptToTheByte) {
-  const Field field = make_field({{0, 0, 0}, {30, 30, 30}}, noise);
-  const std::uint64_t needed = predict_atlas(field).bytes();
-  EXPECT_NO_THROW(build_atlas(field, {.memory_limit = needed}));
-  const std::string message =
-      error_of(ExitCode::memory, [&] { build_atlas(field, {.memory_limit = needed - 1}); });
-  EXPECT_TRUE(has(message, "density"));
-  EXPECT_TRUE(has(message, "--lod"));
 }
 
 TEST(Atlas, StatsAreTheBricksOwn) {

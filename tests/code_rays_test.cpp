@@ -72,7 +72,7 @@ TEST(Codes, TakeThePlaceOfTexelsIfTheyFit) {
     if (!fits) widths.front() = CodeWidth::bits16;
     const BrickAtlas kept = coded(atlas, widths).density;
     const float* const texels = atlas.density.texels.get();
-    const BrickAtlas codes = coded(std::move(atlas), widths).density;
+    const BrickAtlas codes = coded(std::move(atlas), widths, /*replaces=*/true).density;
     EXPECT_EQ(static_cast<const void*>(codes.codes.get()) == texels, fits);
     ASSERT_EQ(codes.code_count(), kept.code_count());
     EXPECT_EQ(0, std::memcmp(codes.codes.get(), kept.codes.get(), 8 * codes.code_count()));

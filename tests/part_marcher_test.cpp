@@ -180,7 +180,8 @@ TEST(PartMarcher, CarriesLatticesThroughItsLayers) {
   lit.medium.light = ScatteredLight{};
   const AtlasOptions options = density_options(lit);
   const std::vector<glm::ivec3> blocks = visible_blocks(*view.medium.density, options);
-  const std::vector<glm::ivec3> bricks = textured_bricks(*view.medium.density, options);
+  std::vector<glm::ivec3> bricks;
+  predict_atlas(*view.medium.density, options, &bricks);
   std::vector<Beam> beams;
   for (const glm::dvec3& way :
        {glm::dvec3(0, 0, 1), glm::dvec3(-0.3, -1, 0.2), glm::dvec3(0.6, 0.1, -0.8),
@@ -222,8 +223,8 @@ TEST(PartMarcher, GathersASkyInOnePassForEachSide) {
   const View view = view_of(small_scene(21), share(mixed()), Glow::density);
   const std::vector<glm::ivec3> blocks =
       visible_blocks(*view.medium.density, density_options(view));
-  const std::vector<glm::ivec3> bricks =
-      textured_bricks(*view.medium.density, density_options(view));
+  std::vector<glm::ivec3> bricks;
+  predict_atlas(*view.medium.density, density_options(view), &bricks);
   const auto uploads = [&](int directions) {
     std::vector<Beam> beams = sky_beams(glm::dvec3(1), directions);
     for (Beam& beam : beams) beam.method.spacing = 4;

@@ -230,45 +230,26 @@ TEST(Team, LightWithinATolerance) {
 }
 
 // All members choose by the same overview: of few leaves the density itself, of many every eighth
-// of its voxels. With --lod it is what one process makes of the volume.
-TEST(Team, GatherAnOverview) {
+// of its voxels.
+TEST(Team, ChooseByAnOverview) {
   const std::string path = blobs_scene().input;
   const Field whole = VdbFile(path).read("density");
-  const ReadOptions reading{.in_file = true};
-  const auto gathered = [&](SurveyOptions options) {
-    std::vector<SurveyedDensity> found(3);
-    const auto errors = in_team(3, [&](const std::shared_ptr<Team>& team) {
-      found[std::size_t(team->rank())] =
-          survey_density(VdbFile(path).read("density", reading), {.team = team}, options);
-    });
-    EXPECT_EQ(errors, std::vector<std::string>(3, ""));
-    return found;
-  };
-  const auto expect_same = [](const Field& a, const Field& b) {
-    ASSERT_EQ(a.leaves.size(), b.leaves.size());
-    for (std::size_t n = 0; n < a.leaves.size(); ++n) {
-      EXPECT_EQ(a.leaves[n].origin, b.leaves[n].origin);
-      EXPECT_TRUE(std::ranges::equal(std::span(a.leaves[n].values, 512),
-                                     std::span(b.leaves[n].values, 512)));
-    }
-    EXPECT_EQ(active_range(a), active_range(b));
-    EXPECT_EQ(a.active_box, b.active_box);
-  };
-  for (const SurveyedDensity& found : gathered({reading})) {
-    expect_same(found.field, whole);
-    ASSERT_TRUE(found.drawn);
-    EXPECT_TRUE(found.drawn->reader);
+  const Field stored = VdbFile(path).read("density", {.in_file = true});
+  ASSERT_TRUE(stored.reader);
+  const Field same = overview_of(stored, Centering::node, 0);
+  ASSERT_EQ(same.leaves.size(), whole.leaves.size());
+  for (std::size_t n = 0; n < whole.leaves.size(); ++n) {
+    EXPECT_EQ(same.leaves[n].origin, whole.leaves[n].origin);
+    EXPECT_TRUE(std::ranges::equal(std::span(same.leaves[n].values, 512),
+                                   std::span(whole.leaves[n].values, 512)));
   }
-  for (const SurveyedDensity& found : gathered({.reading = reading, .lod = 2})) {
-    expect_same(found.field, coarse_field(whole, 2, Centering::node));
-    EXPECT_TRUE(found.is_coarse && !found.drawn);
-  }
-  const auto coarse = gathered({.reading = reading, .most_leaves = whole.leaves.size() / 2});
-  EXPECT_LE(coarse[0].field.leaves.size(), whole.leaves.size() / 2);
-  EXPECT_EQ(active_range(coarse[0].field), active_range(whole));
-  for (const SurveyedDensity& found : coarse) expect_same(found.field, coarse[0].field);
+  EXPECT_EQ(active_range(same), active_range(whole));
+  EXPECT_EQ(same.active_box, whole.active_box);
+  const Field coarse = overview_of(stored, Centering::node, 0, whole.leaves.size() / 2);
+  EXPECT_LE(coarse.leaves.size(), whole.leaves.size() / 2);
+  EXPECT_EQ(active_range(coarse), active_range(whole));
   const FieldVoxels voxels(whole);
-  for (const Leaf& leaf : coarse[0].field.leaves)
+  for (const Leaf& leaf : coarse.leaves)
     for (int i = 0; i < 512; ++i) {
       const glm::ivec3 voxel = leaf.origin + glm::ivec3(i >> 6, (i >> 3) & 7, i & 7);
       bool is_one_of_eight = false;

@@ -91,7 +91,8 @@ std::string text_of(const std::string& grid, const std::vector<RegionRow>& rows)
 /// Prints how the grid that `render` draws would be split. Throws Error(input).
 void print_regions(const std::string& path, int count, bool as_json) {
   const VdbFile file(path);
-  const Field field = file.read(file.default_grid(), {.role = GridRole::data, .in_file = true});
+  const Field field =
+      file.read(file.default_grid(), {.role = GridRole::data, .in_file = true, .survey = false});
   std::vector<RegionRow> rows;
   for (const Region& region : Regions::in_parts(leaf_bricks(field), std::size_t(count)).all())
     rows.push_back(row_of(field, region));

@@ -81,7 +81,7 @@ struct Wish {
   std::optional<Scene> scene{};
   /// March as exactly as possible, whatever the scene's method; only arithmetic error remains.
   bool exact = false;
-  /// A plan that Session::plan made for the same scene.
+  /// The plan of an earlier picture of the same scene.
   std::optional<MarchPlan> plan{};
   /// Resolution of the same frame, in place of the scene's (for previews).
   std::optional<glm::ivec2> resolution{};
@@ -165,9 +165,6 @@ class Session {
   /// Error(memory) if the volume must be drawn in parts.
   const MediumAtlas& atlas(TexelType texel,
                            const std::shared_ptr<const std::vector<CodeWidth>>& codes = {});
-
-  /// Chooses the method for the tolerance of the wish's scene.
-  MarchPlan plan(Marcher& marcher, const Wish& wish);
 
   /// Draws. Throws Error(graphics), Error(memory), and what the wish's progress throws.
   Drawn draw(Marcher& marcher, const Wish& wish = {});

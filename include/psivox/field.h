@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/vec2.hpp>
@@ -55,12 +56,6 @@ struct Tile {
   glm::vec3 value;    ///< first `channels` components
 };
 
-/// Active voxels of one value, outside leaves.
-struct TileValue {
-  float value = 0;
-  std::uint64_t voxels = 0;
-};
-
 /// Values that stand for "no data": NaN, -Inf, and fill values, which lie at the ends of a grid's
 /// values and apart from all others.
 struct Fill {
@@ -101,29 +96,6 @@ inline constexpr float greatest_magnitude = 1e36f;
 
 BadValues operator+(BadValues a, const BadValues& b);
 
-/// Least and greatest of some values; +Inf, whose replacement is found last, is only noted.
-struct Extent {
-  float min = std::numeric_limits<float>::infinity();
-  float max = -std::numeric_limits<float>::infinity();
-  bool infinite = false;
-
-  void add(float value) {
-    if (std::isinf(value)) {
-      infinite = true;
-      return;
-    }
-    min = std::min(min, value);
-    max = std::max(max, value);
-  }
-  glm::vec2 range(float largest) const {
-    if (!infinite) return {min, max};
-    return {std::min(min, largest), std::max(max, largest)};
-  }
-  Extent operator+(const Extent& other) const {
-    return {std::min(min, other.min), std::max(max, other.max), infinite || other.infinite};
-  }
-};
-
 /// What lies at the ends of a grid's values, by which fill values are known.
 struct ValueEnds {
   float least = std::numeric_limits<float>::infinity();
@@ -140,40 +112,6 @@ struct ValueEnds {
   ValueEnds operator+(const ValueEnds& other) const;
   /// The fill values of a grid of so many voxels.
   Fill fill(std::uint64_t voxels) const;
-};
-
-/// What one pass over values of a grid finds out. Those of its parts add up.
-struct ValueSurvey {
-  BadValues bad;
-  float largest = 0;  ///< finite value of any channel
-  Extent all;         ///< first channel
-  Extent active;      ///< of active voxels
-  Extent in_box;      ///< of voxels in the box of active ones
-
-  ValueSurvey operator+(const ValueSurvey& other) const {
-    return {bad + other.bad, std::max(largest, other.largest), all + other.all,
-            active + other.active, in_box + other.in_box};
-  }
-};
-
-/// What reading leaves gives.
-enum class LeafRead {
-  survey,  ///< what it has found is returned
-  active,  ///< NaN is in the first channel of voxels that are not active
-  data,    ///< the values alone
-};
-
-/// Leaves whose values stay in a file.
-class LeafReader {
- public:
-  virtual ~LeafReader() = default;
-  /// Reads leaves, by their numbers in Field::leaves: 512 * channels floats each, one leaf after
-  /// another. +Inf stays, other bad values are replaced. Several threads may call it. Throws
-  /// Error(input).
-  virtual ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
-                           LeafRead what = LeafRead::data) const = 0;
-  /// Active tiles, those of 0 too.
-  virtual const std::vector<TileValue>& active_tiles() const = 0;
 };
 
 /// Keeps the values of leaves alive. Those of a large grid are in blocks, which may go one by one.
@@ -196,12 +134,8 @@ struct Storage {
   }
 };
 
-/// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
-///
-/// Its value at a world point is the trilinear interpolation, in index space, of the values at
-/// integer coordinates. Where there is neither a leaf nor a tile, the value is 0. The domain is the
-/// active box, mostly grown by one voxel on every side; outside it is vacuum.
-struct Field {
+/// What a field is, without its values.
+struct FieldHead {
   std::string name;         ///< selectable name, `density` or `density[1]`
   std::string value_type;   ///< GridInfo's: float, ..., points, vec3i
   int channels = 1;         ///< 1 or 3
@@ -221,19 +155,31 @@ struct Field {
   /// distance [world units]: 0 outside the narrow band, twice the half width deep inside.
   double half_width = 0;
   ValueScale scale;                  ///< that its values have passed, its unit set
-  std::vector<Leaf> leaves;          ///< in OpenVDB's tree order; origins distinct
-  std::vector<Tile> tiles;           ///< disjoint from each other and from the leaves
-  std::optional<ArrayValues> array;  ///< of the leaves without values of their own
-  Storage storage;                   ///< keeps Leaf::values and the array alive
-  /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
-  /// then, unless `survey` is set.
-  std::shared_ptr<const LeafReader> reader;
-  std::optional<ValueSurvey> survey;  ///< of tiles, until the leaves are surveyed (take_survey)
-  BadValues replaced;                 ///< what reading has replaced; a notice tells of it
-  std::vector<std::string> notices;   ///< one line each, for stderr: what reading changed
+  BadValues replaced;                ///< what reading has replaced; a notice tells of it
+  std::vector<std::string> notices;  ///< one line each, for stderr: what reading changed
 
   /// Smallest and largest voxel of the domain.
   Box domain() const { return {active_box.min - margin, active_box.max + margin}; }
+};
+
+/// Reads leaves of a field whose values stay in a file, by their numbers in Field::leaves: 512 *
+/// channels floats each, one leaf after another. Several threads may call it. Throws Error(input).
+using ReadLeaves = std::function<void(const FieldHead& field, std::span<const std::uint32_t> leaves,
+                                      float* values)>;
+
+/// One grid of a .vdb file, independent of OpenVDB. Every later stage reads it.
+///
+/// Its value at a world point is the trilinear interpolation, in index space, of the values at
+/// integer coordinates. Where there is neither a leaf nor a tile, the value is 0. The domain is the
+/// active box, mostly grown by one voxel on every side; outside it is vacuum.
+struct Field : FieldHead {
+  std::vector<Leaf> leaves{};          ///< in OpenVDB's tree order; origins distinct
+  std::vector<Tile> tiles{};           ///< disjoint from each other and from the leaves
+  std::optional<ArrayValues> array{};  ///< of the leaves without values of their own
+  Storage storage{};                   ///< keeps Leaf::values and the array alive
+  /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
+  /// then.
+  ReadLeaves reader{};
 };
 
 struct LeafValues;

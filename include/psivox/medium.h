@@ -138,8 +138,6 @@ std::string parts_obstacle(const Scene& scene);
 /// memory that is free, if it has no limit. 0: not known.
 std::uint64_t grid_memory(const Scene& scene);
 
-struct WeighedLeaves;
-
 /// The transform of a grid as the scene places its volume and its values.
 glm::dmat4 placement(const Scene& scene, const glm::dmat4& world_from_index);
 
@@ -172,8 +170,6 @@ struct MediumFields {
   /// The density to draw, if its values stay in the file and `density` is an overview of it, by
   /// which the view is chosen.
   std::shared_ptr<const Field> drawn{};
-  /// What the leaves of the density weigh, if its values stay in the file.
-  std::shared_ptr<const WeighedLeaves> weights{};
   /// The subject of a view of the density that was made before.
   std::optional<KnownSubject> subject{};
   std::vector<std::shared_ptr<const Field>> albedo{};  ///< as in ScatteredLight

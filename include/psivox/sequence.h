@@ -30,8 +30,6 @@ class FramePattern {
   static std::optional<FramePattern> of_number(const std::string& path);
 
   std::string path(FrameNumber frame) const;
-  /// The path with `%04d` for the number.
-  std::string printf_form() const;
   /// The number in a path that matches the pattern.
   std::optional<FrameNumber> frame_of(const std::string& path) const;
   /// The same, but a number may have any digits.

@@ -87,10 +87,13 @@ struct ReadOptions {
   std::optional<double> background = {};
   std::vector<double> percentiles = {};  ///< of the active values, to be found [%]
   /// Most bytes of leaves' values to keep in memory. Those of a larger grid stay in the file
-  /// (Field::reader), unless the grid must be converted whole. 0: no limit. Its leaves are not
-  /// surveyed: ranges and percentiles are open, and +Inf stays (see take_survey).
+  /// (Field::reader), unless the grid must be converted whole; reading looks at each of them once,
+  /// and does not look for fill values. 0: no limit.
   std::uint64_t memory = 0;
   bool in_file = false;  ///< they stay there, however few
+  /// Of values that stay in the file: whether reading looks at them. If not, there are neither
+  /// ranges nor percentiles, and no tiles.
+  bool survey = true;
 };
 
 class VdbFile;
@@ -201,12 +204,6 @@ class VdbFile {
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
-
-/// Completes a field whose values stay in the file, by a survey of all its leaves: sets its ranges,
-/// replaces bad values of tiles, and adds a notice. Returns what stands for +Inf.
-/// `subject` begins messages. Throws Error(input) under ReadOptions::strict.
-float take_survey(Field& field, const ValueSurvey& leaves, const ReadOptions& options,
-                  const std::string& subject);
 
 /// OpenVDB's version, as its library reports it.
 std::string openvdb_version();

@@ -82,12 +82,7 @@ inline bool sees(const Visibility& visible, const ValueRange& own,
   return own.min <= own.max && visible(own, companions);
 }
 
-/// The advice that ends a message about an atlas that is too large.
-inline constexpr const char* smaller_atlas = "; --lod 1 takes an eighth of it";
-
 struct AtlasOptions {
-  /// Largest AtlasSize::bytes(); 0: no limit.
-  std::uint64_t memory_limit = 0;
   /// By the values of the field and of `companion`. The atlas stores visible cells only. If unset,
   /// is_not_zero.
   Visibility visible{};
@@ -161,12 +156,10 @@ struct BrickAtlas {
 /// listed, all are.
 std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>& wanted = {});
 
-/// Sizes of the atlas that build_atlas would make.
-AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {});
-
-/// Coordinates of the atlas's textured bricks, each brick 8 voxels, and its sizes if wanted.
-std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options = {},
-                                        AtlasSize* size = nullptr);
+/// Sizes of the atlas that build_atlas would make, and the places of its textured bricks if wanted
+/// [8 voxels].
+AtlasSize predict_atlas(const Field& field, const AtlasOptions& options = {},
+                        std::vector<glm::ivec3>* textured = nullptr);
 
 /// Coordinates of the bricks that a leaf reaches into, each once. They follow from the topology
 /// alone.
@@ -189,18 +182,13 @@ double most_visible_blocks(const Field& field);
 
 /// Builds the atlas by walking leaves, in parallel; the result does not depend on the threads.
 /// Bricks also cover absent lower neighbours, because the interpolation of a leaf's values reaches
-/// into them.
-/// Throws Error(memory) over the limit, before allocating.
-BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {});
-/// The same, and frees the field's values as their bricks are stored.
-BrickAtlas build_atlas(Field&& field, const AtlasOptions& options = {});
+/// into them. `storage`: the field's, whose blocks go as their bricks are stored.
+BrickAtlas build_atlas(const Field& field, const AtlasOptions& options = {},
+                       Storage* storage = nullptr);
 
 /// Stores a field of the same transform in the bricks of `layout`, which must have own_texels:
-/// pages and slots are the same. Of the options memory_limit counts.
-/// Throws as build_atlas does.
-BrickAtlas build_beside(const Field& field, const BrickAtlas& layout,
-                        const AtlasOptions& options = {});
-BrickAtlas build_beside(Field&& field, const BrickAtlas& layout, const AtlasOptions& options = {});
+/// pages and slots are the same.
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, Storage* storage = nullptr);
 
 /// Widths of codes with which no value is off by more than half of a step: of the atlas by slot,
 /// and of what is beside it, if anything is. Null if a brick needs more than 16 bits.
@@ -208,10 +196,8 @@ CodeWidths code_widths(const BrickAtlas& atlas, std::span<const float> steps,
                        const BrickAtlas* beside = nullptr, float step_beside = 0);
 
 /// A scalar atlas with codes of these widths in place of its texels and of those of `beside`.
+/// `replaces`: in the texels' memory if they fit.
 BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside = nullptr);
-/// The same, which stores the codes in the texels' memory if they fit.
-BrickAtlas coded(BrickAtlas&& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside = nullptr);
+                 const BrickAtlas* beside = nullptr, bool replaces = false);
 
 }  // namespace psivox

@@ -188,8 +188,8 @@ static void encode(const BrickAtlas& atlas, const BrickAtlas* beside, std::size_
   });
 }
 
-static BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                        const BrickAtlas* beside, bool replaces) {
+BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
+                 const BrickAtlas* beside, bool replaces) {
   if (!atlas.texels && !atlas.bricks.empty())
     throw Error(ExitCode::failure, "codes are of float32 texels");
   BrickAtlas result = atlas;
@@ -206,6 +206,7 @@ static BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& w
   }
   const std::size_t bricks = widths.size(), unit = code_words * channels_of(beside);
   // codes of a brick must lie before the texels of the next
+  replaces = replaces && atlas.texels;
   for (std::size_t slot = 0; slot < bricks && replaces; ++slot)
     replaces = places[slot + 1] * unit * sizeof(std::uint64_t) <=
                (slot + 1) * brick_texels * sizeof(float);
@@ -232,16 +233,6 @@ static BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& w
   result.code_places = std::move(places);
   result.size.texel_bytes = end * unit * sizeof(std::uint64_t);
   return result;
-}
-
-BrickAtlas coded(const BrickAtlas& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside) {
-  return coded(atlas, widths, beside, /*replaces=*/false);
-}
-
-BrickAtlas coded(BrickAtlas&& atlas, const std::vector<CodeWidth>& widths,
-                 const BrickAtlas* beside) {
-  return coded(atlas, widths, beside, /*replaces=*/bool(atlas.texels));
 }
 
 }  // namespace psivox

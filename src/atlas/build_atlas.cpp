@@ -5,13 +5,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <string>
 
 #include "atlas/atlas_plan.h"
 #include "base/memory.h"
-#include "base/text.h"
 #include "field/lane_range.h"
-#include "psivox/error.h"
 
 namespace psivox {
 namespace {
@@ -97,13 +94,6 @@ void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
       entry |= hidden[entry_payload(entry)] << entry_slot_bits;
 }
 
-void check_limit(const AtlasSize& size, const std::string& grid, const AtlasOptions& options) {
-  if (options.memory_limit && size.bytes() > options.memory_limit)
-    throw Error(ExitCode::memory, "grid '" + grid + "' needs an atlas of " +
-                                      mebibytes(size.bytes()) + ", over the limit of " +
-                                      mebibytes(options.memory_limit) + smaller_atlas);
-}
-
 /// Makes texels and statistics of the bricks at result.places.
 class Filler {
  public:
@@ -153,36 +143,22 @@ class Filler {
 
 }  // namespace
 
-std::vector<glm::ivec3> textured_bricks(const Field& field, const AtlasOptions& options,
-                                        AtlasSize* size) {
+AtlasSize predict_atlas(const Field& field, const AtlasOptions& options,
+                        std::vector<glm::ivec3>* textured) {
   Plan plan = make_plan(field, options);
-  if (size) *size = plan.atlas.size;
-  return std::move(plan.atlas.places);
+  if (textured) *textured = std::move(plan.atlas.places);
+  return plan.atlas.size;
 }
 
-AtlasSize predict_atlas(const Field& field, const AtlasOptions& options) {
-  return make_plan(field, options).atlas.size;
-}
-
-static BrickAtlas build(const Field& field, const AtlasOptions& options, Storage* storage) {
+BrickAtlas build_atlas(const Field& field, const AtlasOptions& options, Storage* storage) {
   Plan plan = make_plan(field, options);
   plan.atlas.absent = field.absent;
-  check_limit(plan.atlas.size, field.name, options);
   Filler(plan.source, plan.atlas).fill(field, storage);
   mark_octants(options, plan.atlas);
   return std::move(plan.atlas);
 }
 
-BrickAtlas build_atlas(const Field& field, const AtlasOptions& options) {
-  return build(field, options, nullptr);
-}
-
-BrickAtlas build_atlas(Field&& field, const AtlasOptions& options) {
-  return build(field, options, &field.storage);
-}
-
-static BrickAtlas build_beside(const Field& field, const BrickAtlas& layout,
-                               const AtlasOptions& options, Storage* storage) {
+BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, Storage* storage) {
   BrickAtlas result;
   result.channels = field.channels;
   result.domain = layout.domain;
@@ -194,18 +170,9 @@ static BrickAtlas build_beside(const Field& field, const BrickAtlas& layout,
   result.size = layout.size;
   result.size.constant_bytes = result.constants.size() * sizeof(float);
   result.size.texel_bytes = atlas::texel_bytes(result.places.size(), field.channels);
-  check_limit(result.size, field.name, options);
   const BrickSource source(field);
   Filler(source, result).fill(field, storage);
   return result;
-}
-
-BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, const AtlasOptions& options) {
-  return build_beside(field, layout, options, nullptr);
-}
-
-BrickAtlas build_beside(Field&& field, const BrickAtlas& layout, const AtlasOptions& options) {
-  return build_beside(field, layout, options, &field.storage);
 }
 
 }  // namespace psivox

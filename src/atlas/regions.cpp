@@ -60,55 +60,35 @@ Cut cut(std::span<glm::ivec3> bricks, double share) {
 Regions::Regions(std::vector<glm::ivec3> bricks, std::size_t most, const Box& box)
     : bricks_(std::move(bricks)) {
   root_.box = box;
-  split_to_most(root_, bricks_, std::max<std::size_t>(most, 1));
+  split(root_, bricks_, 0, std::max<std::size_t>(most, 1));
 }
 
 Regions Regions::in_parts(std::vector<glm::ivec3> bricks, std::size_t parts) {
   Regions result;
   result.root_.box = everywhere;
   result.bricks_ = std::move(bricks);
-  result.root_.regions = result.count_ = std::max<std::size_t>(parts, 1);
-  result.split_to_parts(result.root_, result.bricks_);
+  result.split(result.root_, result.bricks_, std::max<std::size_t>(parts, 1), 1);
   return result;
 }
 
-/// Children on both sides of a cut.
-template <typename Node>
-static void add_children(Node& node, const Cut& cut) {
-  node.axis = cut.axis;
-  node.plane = cut.plane;
+void Regions::split(Node& node, std::span<glm::ivec3> bricks, std::size_t parts, std::size_t most) {
+  node.bricks = bricks.size();
+  node.first = count_;
+  if (parts > 0 ? parts == 1 || bricks.size() < 2 : bricks.size() <= most) {
+    count_ += std::max<std::size_t>(parts, 1);
+    return;
+  }
+  const std::size_t below = parts / 2;
+  const Cut at = cut(bricks, parts > 0 ? double(below) / double(parts) : 0.5);
+  node.axis = at.axis;
+  node.plane = at.plane;
   node.lower = std::make_unique<Node>();
   node.upper = std::make_unique<Node>();
   node.lower->box = node.upper->box = node.box;
-  node.lower->box.max[cut.axis] = cut.plane - 1;
-  node.upper->box.min[cut.axis] = cut.plane;
-}
-
-void Regions::split_to_most(Node& node, std::span<glm::ivec3> bricks, std::size_t most) {
-  node.bricks = bricks.size();
-  node.first = count_;
-  if (bricks.size() <= most) {
-    ++count_;
-    return;
-  }
-  const Cut at = cut(bricks, 0.5);
-  add_children(node, at);
-  split_to_most(*node.lower, bricks.first(at.lower), most);
-  split_to_most(*node.upper, bricks.subspan(at.lower), most);
-}
-
-void Regions::split_to_parts(Node& node, std::span<glm::ivec3> bricks) {
-  node.bricks = bricks.size();
-  if (node.regions == 1 || bricks.size() < 2) return;
-  const std::size_t below = node.regions / 2;
-  const Cut at = cut(bricks, double(below) / double(node.regions));
-  add_children(node, at);
-  node.lower->first = node.first;
-  node.lower->regions = below;
-  node.upper->first = node.first + below;
-  node.upper->regions = node.regions - below;
-  split_to_parts(*node.lower, bricks.first(at.lower));
-  split_to_parts(*node.upper, bricks.subspan(at.lower));
+  node.lower->box.max[at.axis] = at.plane - 1;
+  node.upper->box.min[at.axis] = at.plane;
+  split(*node.lower, bricks.first(at.lower), below, most);
+  split(*node.upper, bricks.subspan(at.lower), parts - below, most);
 }
 
 std::vector<Region> Regions::ordered(const std::function<bool(const Node&)>& lower_first) const {

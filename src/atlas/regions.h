@@ -45,14 +45,14 @@ class Regions {
   struct Node {
     Box box;
     std::size_t bricks = 0;
-    std::size_t first = 0, regions = 1;  ///< numbers of the regions in it
+    std::size_t first = 0;  ///< number of the first region in it
     int axis = 0;
     int plane = 0;  ///< first brick of the upper child along the axis
     std::unique_ptr<Node> lower, upper;
   };
   Regions() = default;
-  void split_to_most(Node& node, std::span<glm::ivec3> bricks, std::size_t most);
-  void split_to_parts(Node& node, std::span<glm::ivec3> bricks);
+  /// Into so many parts; 0: until no part has more than `most` bricks.
+  void split(Node& node, std::span<glm::ivec3> bricks, std::size_t parts, std::size_t most);
   std::vector<Region> ordered(const std::function<bool(const Node&)>& lower_first) const;
 
   Node root_;

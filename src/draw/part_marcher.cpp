@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "field/value_range.h"
 #include "psivox/medium.h"
 
 namespace psivox {
@@ -239,7 +240,7 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
     part.pixels = seen;
     MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost, greatest);
     if (const CodeWidths widths = fixed_widths(atlas, view.scene.texel))
-      atlas = coded(atlas, *widths);
+      atlas = coded(std::move(atlas), *widths);
     marcher_.upload(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);
@@ -303,7 +304,7 @@ void PartMarcher::drop_dark() {
 }
 
 double PartMarcher::greatest_of(const View& view) {
-  if (!greatest_) greatest_ = density_range(view.medium).y;
+  if (!greatest_) greatest_ = stored_range(*view.medium.density).y;
   return *greatest_;
 }
 

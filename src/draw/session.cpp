@@ -8,6 +8,7 @@
 #include "draw/picture.h"
 #include "draw/whole_atlas.h"
 #include "field/leaf_values.h"
+#include "field/value_range.h"
 #include "image/scene_pictures.h"
 #include "march/grids.h"
 #include "march/march_parameters.h"
@@ -28,8 +29,12 @@ struct Session::Impl {
 
   /// Forgets what was made of the fields, and reads those again whose values have gone.
   void start_over();
+  /// Whether the volume is drawn whole, or its bricks are there.
+  bool is_whole() const;
+  /// The whole's bricks, of which nothing goes. Throws Error(memory) if they are too large.
+  const MediumAtlas& whole(const View& wanted);
   /// The whole's bricks. Values that nothing else needs go as they are made.
-  const MediumAtlas& bricks(PreparationTimes& times);
+  const MediumAtlas& bricks();
   /// Whether fields' values may go as bricks are made of them.
   bool may_take(const Wish& wish) const {
     return is_for_one && !wish.layers.error && !wish.layers.bound;
@@ -42,14 +47,12 @@ struct Session::Impl {
   PartMarcher parts_of(Marcher& marcher, const View& wanted, const Wish& wish);
   /// Keeps some bricks of the density alone, in memory, and lights these.
   void hold(const Box& bricks);
-  void light(PartMarcher& parts, const View& wanted, LightNeed need, const StageProgress& progress,
-             PreparationTimes& times);
+  void light(PartMarcher& parts, const View& wanted, LightNeed need, const StageProgress& progress);
   /// Lets atlases go that lack bricks which a scene's method needs, or have more than it needs.
   void take_method(const Scene& scene);
   /// Lights and uploads for a view, which gets the light.
-  void prepare(PartMarcher& parts, View& wanted, const Wish& wish, PreparationTimes& times);
-  MarchPlan plan(PartMarcher& parts, const View& marched, const Wish& wish,
-                 PreparationTimes& times);
+  void prepare(PartMarcher& parts, View& wanted, const Wish& wish);
+  MarchPlan plan(PartMarcher& parts, const View& marched, const Wish& wish);
   Drawn draw(Marcher& marcher, const Wish& wish);
   /// On the CPU, by exact cells, whatever the scene's method.
   Drawn draw_deep(PartMarcher& parts, View wanted, const Wish& wish);
@@ -69,6 +72,7 @@ struct Session::Impl {
   Box held = everywhere;               ///< bricks of the density that are kept
   NamedHoldout holdout;
   WholeAtlas atlas;
+  PreparationTimes times;  ///< of this picture so far
 };
 
 void Session::Impl::start_over() {
@@ -84,7 +88,7 @@ void Session::Impl::start_over() {
 Field Session::Impl::take(std::shared_ptr<const Field> Medium::*grid) {
   const std::shared_ptr<const Field> field = view.medium.*grid;
   Field values = *field;
-  const auto rest = std::make_shared<const Field>(without_values(values));
+  const auto rest = std::make_shared<const Field>(Field{FieldHead(values)});
   for (Medium* medium : {&view.medium, &unlit})
     for (auto* one : {&medium->density, &medium->luminance})
       if (*one == field) *one = rest;
@@ -92,12 +96,25 @@ Field Session::Impl::take(std::shared_ptr<const Field> Medium::*grid) {
   return values;
 }
 
-const MediumAtlas& Session::Impl::bricks(PreparationTimes& times) {
+const MediumAtlas& Session::Impl::bricks() {
   std::optional<Field> density;
   if (takes && atlas.empty() && !unlit.light &&
       std::ranges::count(fields_of(view.medium), view.medium.density.get()) == 1)
     density = take(&Medium::density);
-  return atlas.of(view, times, std::move(density));
+  return atlas.of(view, std::move(density));
+}
+
+bool Session::Impl::is_whole() const {
+  View dark = view;
+  dark.medium = unlit;
+  return !atlas.empty() || split_of(dark, {}, {}, memory_limit).whole;
+}
+
+const MediumAtlas& Session::Impl::whole(const View& wanted) {
+  if (!is_whole())
+    throw Error(ExitCode::memory,
+                "the volume must be drawn in parts; raise --memory-limit, or take --lod 1");
+  return atlas.of(wanted);
 }
 
 View Session::Impl::viewed(const Wish& wish) {
@@ -138,16 +155,16 @@ void Session::Impl::hold(const Box& bricks) {
   view.medium = unlit;
   const bool margin = density_options(view).with_margin;
   Field part = field_of_bricks(*unlit.density, bricks, margin);
-  part.stored_range = glm::vec2(density_range(unlit));
+  part.stored_range = glm::vec2(stored_range(*unlit.density));
   view.medium.density = std::make_shared<const Field>(std::move(part));
   lighting.emplace(view, bricks);
   held = bricks;
 }
 
 void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need,
-                          const StageProgress& progress, PreparationTimes& times) {
+                          const StageProgress& progress) {
   if (!lighting) return;
-  const MediumAtlas* dark = parts.marches_whole() ? &bricks(times) : nullptr;
+  const MediumAtlas* dark = parts.marches_whole() ? &bricks() : nullptr;
   std::optional<LightSource> source(
       {[&](const View& from) { return parts.light_depths(from); },
        [&](const View& from) { return parts.exact_depths(from, dark); }, parts.crossed(dark), dark,
@@ -158,7 +175,7 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
     served = lighting->serves(wanted, *source, need);
     if (served) return;
     if (dark) {
-      atlas.upload(parts.marcher(), view, TexelType::float32, Filter::exact, times);
+      atlas.upload(parts.marcher(), view, TexelType::float32, Filter::exact);
     } else {  // the light that is there may be half of what the memory holds
       view.medium = lighting->dark();
       lighting->forget();
@@ -189,24 +206,22 @@ void Session::Impl::take_method(const Scene& scene) {
   atlas.clear();
 }
 
-void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish,
-                            PreparationTimes& times) {
+void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish) {
   take_method(wanted.scene);
   wanted.medium = {};  // keeps no light that is to be replaced, and no values that go
-  light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress, times);
-  if (parts.marches_whole()) bricks(times);
+  light(parts, wanted, light_need(parts.marcher(), wanted.scene, wish), wish.progress);
+  if (parts.marches_whole()) bricks();
   if (takes && view.medium.luminance) take(&Medium::luminance);
   wanted.medium = view.medium;
   if (!parts.marches_whole() || wish.layers.deep) return;
   if (wanted.scene.tolerance && may_be_coded(wanted)) return;  // the plan's codes will be uploaded
   enter(wish.progress, Stage::uploading);
-  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter, times);
+  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter);
 }
 
-MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish,
-                              PreparationTimes& times) {
+MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish) {
   enter(wish.progress, Stage::choosing);
-  const MediumAtlas* grids = parts.whole() ? &bricks(times) : nullptr;
+  const MediumAtlas* grids = parts.whole() ? &bricks() : nullptr;
   const Stopwatch watch;
   MarchPlan result = choose_march(parts, marched, wish, grids, light_error);
   times.plan_ms += watch.ms();
@@ -215,24 +230,22 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
 }
 
 Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
-  PreparationTimes times;
   View wanted = viewed(wish);
   PartMarcher parts = parts_of(marcher, wanted, wish);
   if (wish.layers.deep) return draw_deep(parts, std::move(wanted), wish);
   const bool slice = wanted.scene.shows(Shows::plane), marches = marcher.marches() && !slice;
   takes = may_take(wish) && marches && parts.whole();
-  if (!slice) prepare(parts, wanted, wish, times);
+  if (!slice) prepare(parts, wanted, wish);
   std::optional<MarchPlan> chosen = wish.plan;
   // a plan for the whole may have steps of its bricks
   if (marches && wanted.scene.tolerance && !(chosen && parts.whole()))
-    chosen = plan(parts, wanted, wish, times);
+    chosen = plan(parts, wanted, wish);
 
   AtlasSize stored;
   const CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
   if (marches && parts.whole()) {
     stored =
-        atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, times, codes, takes)
-            .size();
+        atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, codes, takes).size();
   }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
@@ -241,15 +254,16 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (marches && wish.layers.error) {
     // light four times as exact: its remaining error changes the estimate by 3 %
     if (light_error.rms > 0)
-      this->light(parts, wanted, {.rms = light_error.rms / 4}, wish.progress, times);
-    atlas.upload(marcher, view, TexelType::float32, Filter::exact, times);
+      this->light(parts, wanted, {.rms = light_error.rms / 4}, wish.progress);
+    atlas.upload(marcher, view, TexelType::float32, Filter::exact);
     picture.add_error(view.medium);
   }
   if (marches && wish.layers.bound) picture.add_bound(unlit);
   Drawn drawn = picture.finish();
   drawn.light = light;
   drawn.atlas = stored;
-  drawn.times = times;
+  times.atlas_ms = std::exchange(atlas.ms, 0);
+  drawn.times = std::exchange(times, {});
   if (!marcher.marches() && wanted.scene.tolerance)
     drawn.notices.emplace_back("--renderer reference ignores --tolerance");
   if (wanted.scene.shows(Shows::surface) && (wanted.scene.sky || !wanted.scene.environment.empty()))
@@ -266,14 +280,14 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
 
 Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish) {
   check_deep(wanted.scene, parts);
-  PreparationTimes times;
-  prepare(parts, wanted, wish, times);
-  const MediumAtlas& grids = bricks(times);
+  prepare(parts, wanted, wish);
+  const MediumAtlas& grids = bricks();
   Drawn drawn = deep_picture(wanted, grids, unlit.light ? light_share(wanted.scene) : 0,
                              of_stage(wish.progress, Stage::marching));
   drawn.light = shone;
   drawn.atlas = grids.size();
-  drawn.times = times;
+  times.atlas_ms = std::exchange(atlas.ms, 0);
+  drawn.times = std::exchange(times, {});
   return drawn;
 }
 
@@ -311,38 +325,22 @@ const View& Session::view() const { return impl_->view; }
 
 void Session::convert() {
   if (impl_->is_fresh) return;
-  PreparationTimes times;
   if (impl_->lacks_values) impl_->start_over();
   impl_->takes = impl_->is_for_one;
-  View dark = impl_->view;
-  dark.medium = impl_->unlit;
-  if (!impl_->atlas.empty() || split_of(dark, {}, {}, impl_->memory_limit).whole)
-    impl_->bricks(times);
+  if (impl_->is_whole()) impl_->bricks();
   impl_->is_fresh = true;
 }
 
 void Session::prepare(Marcher& marcher, const Wish& wish) {
-  PreparationTimes times;
   View wanted = impl_->viewed(wish);
   PartMarcher parts = impl_->parts_of(marcher, wanted, wish);
-  impl_->prepare(parts, wanted, wish, times);
+  impl_->prepare(parts, wanted, wish);
 }
 
 const MediumAtlas& Session::atlas(TexelType texel, const CodeWidths& codes) {
   convert();
-  if (impl_->atlas.empty())
-    throw Error(ExitCode::memory,
-                "the volume must be drawn in parts; give a larger --memory-limit, or --lod 1");
-  PreparationTimes times;
-  return impl_->atlas.on_device(impl_->view, texel, codes, times);
-}
-
-MarchPlan Session::plan(Marcher& marcher, const Wish& wish) {
-  PreparationTimes times;
-  View wanted = impl_->viewed(wish);
-  PartMarcher parts = impl_->parts_of(marcher, wanted, wish);
-  impl_->prepare(parts, wanted, wish, times);
-  return impl_->plan(parts, wanted, wish, times);
+  impl_->whole(impl_->view);
+  return impl_->atlas.on_device(impl_->view, texel, codes);
 }
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
@@ -355,9 +353,8 @@ Drawn Session::draw(Marcher& marcher, const Wish& wish) {
 }
 
 std::vector<Explanation> Session::explain() {
-  PreparationTimes times;
   const View view = impl_->viewed({});
-  const MediumAtlas& grids = impl_->atlas.of(view, times);
+  const MediumAtlas& grids = impl_->whole(view);
   if (!view.scene.tolerance) return psivox::explain(view, grids);
   if (!view.medium.light) return psivox::explain(plan_march(view, grids).march->view, grids);
   std::vector<Explanation> lines = psivox::explain(view, grids);
@@ -368,20 +365,17 @@ std::vector<Explanation> Session::explain() {
 }
 
 std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pixel) {
-  PreparationTimes times;
   const View view = impl_->viewed({.scene = scene});
-  return pick_point(view, impl_->atlas.of(impl_->view, times), pixel);
+  return pick_point(view, impl_->whole(impl_->view), pixel);
 }
 
 CheckedError Session::check_error(const Image& picture, int pixels, const StageProgress& progress) {
   View view = impl_->viewed({});
   const Stopwatch watch;
-  if (impl_->lighting) {
-    PreparationTimes times;
-    view.medium = impl_->lighting->exact_medium(view, impl_->atlas.of(view, times),
-                                                checked_rays(view, picture, pixels),
-                                                of_stage(progress, Stage::lighting));
-  }
+  if (impl_->lighting)
+    view.medium =
+        impl_->lighting->exact_medium(view, impl_->whole(view), checked_rays(view, picture, pixels),
+                                      of_stage(progress, Stage::lighting));
   const double light_ms = watch.ms();
   CheckedError error = check_pixels(view, picture, pixels, of_stage(progress, Stage::checking));
   error.light_ms = light_ms;

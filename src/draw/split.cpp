@@ -79,8 +79,7 @@ Needs needs_of(const View& view, int light, const Copies& copies) {
     needs.light = light * needs.texels;
     needs.on_host = double(value_bytes(*medium.density));
   } else {
-    AtlasSize density;
-    needs.places = textured_bricks(*medium.density, density_options(view), &density);
+    const AtlasSize density = predict_atlas(*medium.density, density_options(view), &needs.places);
     needs.bricks = double(std::max<std::uint64_t>(density.textured_bricks, 1));
     needs.texels = double(density.texel_bytes);
     needs.light = light * double(density.texel_bytes);
@@ -140,7 +139,7 @@ std::size_t most_bricks(const View& view, const Wish& wish, const Needs& needs, 
   double count = needs.bricks;
   while (count >= 1 && needs.of_part(count) > limit) count *= 0.95;
   if (obstacle.empty() && count >= 1) return std::size_t(count);
-  std::string why = smaller_atlas;
+  std::string why = "; --lod 1 takes an eighth of it";
   if (!obstacle.empty()) why += ", and only " + obstacle + " are drawn in parts";
   throw Error(ExitCode::memory, "grid '" + view.medium.density->name + "' needs an atlas of " +
                                     mebibytes(std::uint64_t(needs.whole())) +

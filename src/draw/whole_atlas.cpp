@@ -26,34 +26,31 @@ void WholeAtlas::clear() {
   uploads_.clear();
 }
 
-const MediumAtlas& WholeAtlas::of(const View& view, PreparationTimes& times,
-                                  std::optional<Field> density) {
+const MediumAtlas& WholeAtlas::of(const View& view, std::optional<Field> density) {
   if (atlas_) return *atlas_;
   const Stopwatch watch;
   atlas_ = build_medium_atlas(view, std::move(density));
-  times.atlas_ms += watch.ms();
+  ms += watch.ms();
   return *atlas_;
 }
 
 const MediumAtlas& WholeAtlas::on_device(const View& view, TexelType texel, const CodeWidths& codes,
-                                         PreparationTimes& times, bool last) {
-  const MediumAtlas& atlas = of(view, times);
+                                         bool last) {
+  const MediumAtlas& atlas = of(view);
   const CodeWidths widths = codes ? codes : fixed_widths(atlas, texel);
   if (!widths) return atlas;
   if (coded_ && *coded_->widths == *widths) return coded_->atlas;
   const Stopwatch watch;
   coded_.reset();  // before the next take memory
-  coded_ = {widths, last ? coded(std::move(*atlas_), *widths) : coded(atlas, *widths),
-            next_upload()};
+  coded_ = {widths, coded(last ? std::move(*atlas_) : *atlas_, *widths, last), next_upload()};
   if (last) atlas_.reset();
-  times.atlas_ms += watch.ms();
+  ms += watch.ms();
   return coded_->atlas;
 }
 
 const MediumAtlas& WholeAtlas::upload(Marcher& marcher, const View& view, TexelType texel,
-                                      Filter filter, PreparationTimes& times,
-                                      const CodeWidths& codes, bool last) {
-  const MediumAtlas& wanted = on_device(view, texel, codes, times, last);
+                                      Filter filter, const CodeWidths& codes, bool last) {
+  const MediumAtlas& wanted = on_device(view, texel, codes, last);
   std::uint64_t& number = wanted.density.codes ? coded_->number : uploads_[filter];
   if (number == 0 || marcher.holds != number) {
     marcher.holds = 0;

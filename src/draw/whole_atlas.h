@@ -19,20 +19,20 @@ class WholeAtlas {
   void clear();
 
   /// The atlas of a view, built if it is not there. `density`: the view's, moved in.
-  const MediumAtlas& of(const View& view, PreparationTimes& times,
-                        std::optional<Field> density = {});
+  const MediumAtlas& of(const View& view, std::optional<Field> density = {});
   /// The atlas as the device stores it: in codes of these widths, in the texel type's own codes, or
   /// as bricks. `last`: codes may take the place of texels. Until clear() nothing else is made
   /// then.
   const MediumAtlas& on_device(const View& view, TexelType texel, const CodeWidths& codes,
-                               PreparationTimes& times, bool last = false);
+                               bool last = false);
   /// Uploads that for a filter, if the marcher holds something else. Returns what it uploads.
   const MediumAtlas& upload(Marcher& marcher, const View& view, TexelType texel, Filter filter,
-                            PreparationTimes& times, const CodeWidths& codes = {},
-                            bool last = false);
+                            const CodeWidths& codes = {}, bool last = false);
   /// Replaces the luminance, after the view's light was computed. `luminance`: the view's, moved
   /// in.
   void relight(const View& view, std::optional<Field> luminance = {});
+
+  double ms = 0;  ///< time that building has taken
 
  private:
   struct Coded {

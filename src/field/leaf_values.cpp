@@ -21,8 +21,8 @@ std::size_t floats_per_leaf(const Field& field) { return 512 * std::size_t(field
 std::vector<Leaf> read_leaves(const Field& field, std::span<const std::uint32_t> numbers,
                               float* values) {
   for (std::size_t n = 0; n < numbers.size(); n += read_at_once)
-    field.reader->read(numbers.subspan(n, std::min(read_at_once, numbers.size() - n)),
-                       values + n * floats_per_leaf(field));
+    field.reader(field, numbers.subspan(n, std::min(read_at_once, numbers.size() - n)),
+                 values + n * floats_per_leaf(field));
   std::vector<Leaf> leaves;
   leaves.reserve(numbers.size());
   for (const std::uint32_t n : numbers) {
@@ -91,31 +91,8 @@ Field part_of_field(const Field& field, const Box& voxels) {
   });
 }
 
-Field without_values(const Field& field) {
-  // not a copy of the whole: leaves are many
-  Field part;
-  part.name = field.name;
-  part.value_type = field.value_type;
-  part.channels = field.channels;
-  part.of_vectors = field.of_vectors;
-  part.active_box = field.active_box;
-  part.margin = field.margin;
-  part.world_from_index = field.world_from_index;
-  part.active_voxels = field.active_voxels;
-  part.active_range = field.active_range;
-  part.stored_range = field.stored_range;
-  part.active_percentiles = field.active_percentiles;
-  part.half_width = field.half_width;
-  part.absent = field.absent;
-  part.scale = field.scale;
-  part.replaced = field.replaced;
-  part.notices = field.notices;
-  return part;
-}
-
 Field part_of_field(const Field& field, const WantLeaf& wanted) {
-  Field part = without_values(field);
-  part.tiles = field.tiles;
+  Field part{FieldHead(field), {}, field.tiles};
   if (!field.reader) {
     part.array = field.array;
     part.storage = field.storage;

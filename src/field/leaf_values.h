@@ -1,11 +1,14 @@
 #pragma once
 
+#include <tbb/parallel_for.h>
+
 #include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <functional>
+#include <memory>
 #include <span>
 
 #include "psivox/field.h"
@@ -79,14 +82,29 @@ class OrderedValues {
   std::array<float, 512 * 3> copy_;
 };
 
+/// Whether values of leaves stay in the file.
+inline bool stays_in_file(const Field& field) {
+  return !field.leaves.empty() && !field.leaves.front().values && !field.array;
+}
+
+/// Gives all leaves values of their own: fill(n, values) writes those of one, in all threads.
+template <typename Fill>
+void fill_leaves(Field& field, const Fill& fill) {
+  const std::size_t floats = 512 * std::size_t(field.channels);
+  const auto values = std::make_shared_for_overwrite<float[]>(field.leaves.size() * floats);
+  tbb::parallel_for(std::size_t{0}, field.leaves.size(), [&](std::size_t n) {
+    field.leaves[n].values = values.get() + n * floats;
+    fill(n, values.get() + n * floats);
+  });
+  field.array.reset();
+  field.storage = values;
+}
+
 /// Bytes of the values of all leaves.
 std::uint64_t value_bytes(const Field& field);
 
 /// Throws Error(memory) if the values of leaves are not in memory, for what needs all of them.
 void check_in_memory(const Field& field);
-
-/// The field without leaves and tiles, whose values are elsewhere.
-Field without_values(const Field& field);
 
 using VisitLeaves = std::function<void(std::span<const Leaf> leaves)>;
 using WantLeaf = std::function<bool(const Leaf& leaf)>;

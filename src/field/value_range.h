@@ -17,18 +17,11 @@ inline std::uint64_t tile_voxels(const Tile& tile) {
   return width * width * width;
 }
 
-/// Where all values are here.
-struct NoOthers {
-  void operator()(std::span<std::uint64_t>) const {}
-};
-
 /// For each of some percentages, the smallest value that at least so many of the values do not
 /// exceed; 0 if there are none. NaN and Inf do not count. The values are visited once or twice and
-/// not stored: `each(take)` calls `take(value, count)` for each value. `join(counts)` adds the
-/// counts of other processes.
-template <typename Each, typename Join = NoOthers>
-std::vector<double> value_percentiles(const Each& each, std::span<const double> percents,
-                                      const Join& join = {}) {
+/// not stored: `each(take)` calls `take(value, count)` for each value.
+template <typename Each>
+std::vector<double> value_percentiles(const Each& each, std::span<const double> percents) {
   if (percents.empty()) return {};
   // The bits of a float in the order of the numbers.
   const auto key_of = [](float value) {
@@ -42,7 +35,7 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
     for (; bin < bins - 1 && place > counts[bin]; ++bin) place -= counts[bin];
     return bin;
   };
-  Counts counts(bins + 1);
+  Counts counts(bins);
   std::uint32_t low_bits = 0;
   each([&](float value, std::uint64_t count) {
     if (!std::isfinite(value)) return;
@@ -50,10 +43,7 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
     counts[key >> 16] += count;
     low_bits |= key & 0xffffu;
   });
-  counts[bins] = low_bits != 0;
-  join(std::span(counts));
-  const bool whole_bins = counts[bins] == 0;  // as of bytes: each bin is of one value
-  counts.pop_back();
+  const bool whole_bins = low_bits == 0;  // as of bytes: each bin is of one value
   const std::uint64_t all = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
   if (all == 0) return std::vector<double>(percents.size(), 0);
   std::vector<std::uint32_t> high;
@@ -71,30 +61,12 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
       for (std::size_t i = 0; i < high.size(); ++i)
         if (key >> 16 == high[i]) low[i][key & 0xffffu] += count;
     });
-  for (Counts& counts_of_one : low) join(std::span(counts_of_one));
   std::vector<double> values;
   for (std::size_t i = 0; i < high.size(); ++i) {
     const std::uint32_t key = high[i] << 16 | (whole_bins ? 0 : find(low[i], places[i]));
     values.push_back(double(std::bit_cast<float>(key & 0x80000000u ? key & 0x7fffffffu : ~key)));
   }
   return values;
-}
-
-/// Calls take(value, 1) for the first channel of leaves that stay in a file, NaN where a voxel is
-/// not active, and then, if they are wanted, take(value, voxels) for active tiles.
-template <typename Take>
-void each_active(const LeafReader& reader, std::span<const std::uint32_t> leaves, int channels,
-                 const Take& take, bool tiles = true) {
-  constexpr std::size_t at_once = 4096;  // 8 MiB of scalars
-  const std::size_t floats = 512 * std::size_t(channels);
-  std::vector<float> values(std::min(at_once, leaves.size()) * floats);
-  for (std::size_t n = 0; n < leaves.size(); n += at_once) {
-    const auto some = leaves.subspan(n, std::min(at_once, leaves.size() - n));
-    reader.read(some, values.data(), LeafRead::active);
-    for (std::size_t i = 0; i < floats * some.size(); i += floats / 512) take(values[i], 1);
-  }
-  if (!tiles) return;
-  for (const TileValue& tile : reader.active_tiles()) take(tile.value, tile.voxels);
 }
 
 /// Sets Field::active_percentiles, of values that `each` visits.

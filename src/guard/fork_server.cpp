@@ -4,15 +4,12 @@
 #include <poll.h>
 #include <spawn.h>
 #include <sys/prctl.h>
-#include <sys/signalfd.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <csignal>
 #include <exception>
 #include <mutex>
 #include <system_error>
-#include <vector>
 
 #include "base/text.h"
 #include "psivox/error.h"
@@ -27,23 +24,24 @@ constexpr std::string_view plain_request = "r", prepared_request = "p";
 /// The descriptor of a server that was started as a program.
 constexpr int requests_of_program = 3;
 
-void send_number(int socket, int number) {
-  send(socket, {reinterpret_cast<const char*>(&number), sizeof number});
-}
-
-struct RunningProcess {
-  pid_t process;
-  Descriptor life;
-};
-
-/// Leaves the process no descriptor but 0, 1 and 2, which lead nowhere, and the given one, which
-/// becomes 3.
-void keep_only(int descriptor) {
-  dup2(descriptor, 3);
+/// Leaves this process no descriptors but 0, 1 and 2, which lead nowhere, and the given ones, which
+/// become 3 and 4; they are in ascending order.
+void keep_only(int third, int fourth = -1) {
+  dup2(third, 3);
+  if (fourth >= 0) dup2(fourth, 4);
   const int nowhere = open("/dev/null", O_RDWR);
   for (int standard = 0; standard < 3; ++standard)
     if (standard < 2 || !sanitised) dup2(nowhere, standard);
-  close_range(4, ~0u, 0);
+  close_range(fourth >= 0 ? 5 : 4, ~0u, 0);
+}
+
+/// From now on the system kills this process when the other end of the socket closes.
+void end_with(int socket) {
+  fcntl(socket, F_SETOWN, getpid());
+  fcntl(socket, F_SETSIG, SIGKILL);
+  fcntl(socket, F_SETFL, O_ASYNC);
+  pollfd before{socket, POLLIN, 0};
+  if (poll(&before, 1, 0) != 0) _exit(0);
 }
 
 /// Only the program that reads decides when its readers end. A limit of memory is an error.
@@ -52,83 +50,25 @@ void ignore_signals() {
     std::signal(number, SIG_IGN);
 }
 
-class ForkServer {
- public:
-  ForkServer(int requests, const Trade& trade) : requests_(requests), trade_(trade) {
-    sigset_t children;
-    sigemptyset(&children);
-    sigaddset(&children, SIGCHLD);
-    sigprocmask(SIG_BLOCK, &children, nullptr);
-    ends_ = Descriptor(signalfd(-1, &children, SFD_CLOEXEC));
+/// Returns once the program has ended.
+void start_processes(int requests, const Trade& trade) {
+  std::signal(SIGCHLD, SIG_IGN);  // the system collects those that end
+  while (std::optional<Message> request = receive(requests)) {
+    if (request->descriptors.size() != 2) continue;
+    if (request->bytes == prepared_request) trade.prepare();
+    if (fork() != 0) continue;
+    keep_only(request->descriptors[0].get(), request->descriptors[1].get());
+    end_with(4);
+    serve(3, trade.open);
   }
-
-  /// Returns once the program has ended.
-  void run() {
-    for (;;) {
-      std::vector<pollfd> waits{{requests_, POLLIN, 0}, {ends_.get(), POLLIN, 0}};
-      // a reader's socket is readable only when the program has closed its end
-      for (const RunningProcess& running : running_)
-        waits.push_back({running.life.get(), POLLIN, 0});
-      if (poll(waits.data(), waits.size(), -1) < 0) continue;
-      for (std::size_t n = 2; n < waits.size(); ++n)
-        if (waits[n].revents != 0) end(running_[n - 2]);
-      if (waits[1].revents != 0) collect();
-      if (waits[0].revents != 0 && !start()) break;
-    }
-    for (RunningProcess& running : running_) end(running);
-  }
-
- private:
-  static void end(RunningProcess& running) {
-    kill(running.process, SIGKILL);
-    running.life = Descriptor();
-  }
-
-  bool start() {
-    std::optional<Message> request = receive(requests_);
-    if (!request) return false;
-    if (request->descriptors.size() != 2) return true;
-    if (request->bytes == prepared_request) trade_.prepare();
-    const Descriptor connection = std::move(request->descriptors[0]);
-    Descriptor life = std::move(request->descriptors[1]);
-    const pid_t process = fork();
-    if (process == 0) {
-      prctl(PR_SET_PDEATHSIG, SIGKILL);
-      keep_only(connection.get());
-      serve(3, trade_.open);
-    }
-    if (process < 0) return true;  // both ends close, which tells the program
-    send_number(life.get(), process);
-    running_.push_back({process, std::move(life)});
-    return true;
-  }
-
-  void collect() {
-    signalfd_siginfo ignored;
-    [[maybe_unused]] const ssize_t got = read(ends_.get(), &ignored, sizeof ignored);
-    int status = 0;
-    pid_t process;
-    while ((process = waitpid(-1, &status, WNOHANG)) > 0) {
-      std::erase_if(running_, [&](const RunningProcess& running) {
-        if (running.process != process) return false;
-        if (running.life) send_number(running.life.get(), status);
-        return true;
-      });
-    }
-  }
-
-  int requests_;
-  Trade trade_;
-  Descriptor ends_;
-  std::vector<RunningProcess> running_;
-};
+}
 
 [[noreturn]] void run_server(int requests, const Trade& trade) {
   try {
     prctl(PR_SET_NAME, "psivox-readers");
     keep_only(requests);
     ignore_signals();
-    ForkServer(3, trade).run();
+    start_processes(3, trade);
   } catch (const std::exception&) {  // the program notices the end
   }
   _exit(0);

@@ -11,7 +11,6 @@
 #include <string>
 #include <string_view>
 #include <type_traits>
-#include <variant>
 #include <vector>
 
 namespace psivox::guard {
@@ -117,14 +116,6 @@ class Codec {
       code(key);
       code(writes_ ? (next++)->second : values[key]);
     }
-  }
-  template <typename... T>
-  void code(std::variant<T...>& value) {
-    std::uint64_t index = value.index(), n = 0;
-    code(index);
-    require(index < sizeof...(T));
-    if (!writes_) ((n++ == index ? void(value.template emplace<T>()) : void()), ...);
-    std::visit([&](auto& held) { code(held); }, value);
   }
   template <typename T>
   requires requires(Codec& codec, T& value) { describe(codec, value); }

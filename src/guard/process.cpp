@@ -1,9 +1,7 @@
 #include <poll.h>
-#include <sys/wait.h>
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <cstring>
 #include <ctime>
 #include <stdexcept>
@@ -25,15 +23,6 @@ namespace {
 constexpr int tick_ms = 50;
 constexpr double mebibyte = 1 << 20;
 constexpr double slowness = sanitised ? 10 : 1;
-
-/// A number from the server; false if there is none.
-template <typename T>
-bool receive_number(int socket, T& value) {
-  const std::optional<Message> message = receive(socket);
-  if (!message || message->bytes.size() != sizeof value) return false;
-  std::memcpy(&value, message->bytes.data(), sizeof value);
-  return true;
-}
 
 }  // namespace
 
@@ -72,26 +61,23 @@ Process::Process(const std::vector<SharedFile>& files, std::shared_ptr<Budget> b
 
 void Process::fail(const std::string& what) const { throw Error(ExitCode::input, subject_ + what); }
 
-void Process::explain_end() const {
-  int status = 0;
-  if (process_ < 0)
-    throw Error(ExitCode::failure, path_ + ": no process to read it in could be started");
-  if (!receive_number(ends_.life.get(), status)) fail("cannot be read: its reader has ended");
-  if (!WIFSIGNALED(status)) fail("cannot be read: its reader ended without an answer");
+void Process::explain_end(int signal) const {
   constexpr std::uint64_t scarce = 256 << 20;  // a library may not look whether it was given memory
   if (const std::uint64_t left = available_memory(); left > 0 && left < scarce)
     throw Error(ExitCode::memory, path_ + ": cannot be read: its reader ended where " +
                                       mebibytes(left) + " of memory are left");
-  const int signal = WTERMSIG(status);
-  if (signal == SIGKILL)
-    fail("cannot be read: the system has ended its reader, for lack of memory");
-  fail("is damaged: reading it crashed (" + std::string(strsignal(signal)) + ")");
+  if (process_ == 0 && signal == 0)
+    throw Error(ExitCode::failure, path_ + ": no process to read it in could be started");
+  if (signal != 0) fail("is damaged: reading it crashed (" + std::string(strsignal(signal)) + ")");
+  fail(
+      "cannot be read: its reader ended without an answer; the system may have ended it for lack of"
+      " memory");
 }
 
 double Process::seconds() const {
   clockid_t clock{};
   timespec time{};
-  if (process_ <= 0 || clock_getcpuclockid(process_, &clock) != 0 ||
+  if (process_ == 0 || clock_getcpuclockid(process_, &clock) != 0 ||
       clock_gettime(clock, &time) != 0)
     return counted_;
   return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
@@ -116,23 +102,24 @@ Message Process::next_message() {
     const std::chrono::duration<double> waited = Clock::now() - begin;
     count_time(std::min(waited.count(), 2e-3 * tick_ms));
     if (ready <= 0) continue;
-    if (std::optional<Message> message = receive(ends_.connection.get()))
+    std::optional<Message> message = receive(ends_.connection.get());
+    if (!message) explain_end(0);
+    if (static_cast<MessageKind>(message->bytes.front()) != MessageKind::crash)
       return std::move(*message);
-    explain_end();
+    int signal = 0;
+    unpack(std::string_view(message->bytes).substr(1), signal);
+    explain_end(signal);
   }
 }
 
 bool Process::begin(std::string subject) {
   subject_ = std::move(subject);
-  if (process_ == 0 && !receive_number(ends_.life.get(), process_)) process_ = -1;
-  if (!restricted_) {
+  if (process_ == 0) {
     MessageKind kind;
-    bool restricted;
-    unpack(next_message().bytes, kind, restricted);
+    unpack(next_message().bytes, kind, process_, restricted_);
     if (kind != MessageKind::begun) throw std::runtime_error("it answers unasked");
-    restricted_ = restricted;
   }
-  return *restricted_;
+  return restricted_;
 }
 
 SealedAnswer Process::sealed(Message message) const {

@@ -9,13 +9,16 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <chrono>
+#include <csignal>
 #include <exception>
 #include <new>
 #include <thread>
 
 #include "base/memory.h"
+#include "base/text.h"
 #include "pack.h"
 
 namespace psivox::guard {
@@ -30,45 +33,12 @@ void limit(__rlimit_resource what, std::uint64_t most) {
 }
 
 /// Calls that need no look at their arguments: on open descriptors, memory, threads and time.
-constexpr int allowed_calls[] = {SCMP_SYS(read),
-                                 SCMP_SYS(readv),
-                                 SCMP_SYS(pread64),
-                                 SCMP_SYS(write),
-                                 SCMP_SYS(lseek),
-                                 SCMP_SYS(recvmsg),
-                                 SCMP_SYS(sendmsg),
-                                 SCMP_SYS(poll),
-                                 SCMP_SYS(ppoll),
-                                 SCMP_SYS(close),
-                                 SCMP_SYS(dup),
-                                 SCMP_SYS(fstat),
-                                 SCMP_SYS(fadvise64),
-                                 SCMP_SYS(memfd_create),
-                                 SCMP_SYS(pwrite64),
-                                 SCMP_SYS(brk),
-                                 SCMP_SYS(munmap),
-                                 SCMP_SYS(mremap),
-                                 SCMP_SYS(madvise),
-                                 SCMP_SYS(futex),
-                                 SCMP_SYS(set_robust_list),
-                                 SCMP_SYS(rseq),
-                                 SCMP_SYS(sched_yield),
-                                 SCMP_SYS(sched_getaffinity),
-                                 SCMP_SYS(gettid),
-                                 SCMP_SYS(getpid),
-                                 SCMP_SYS(membarrier),
-                                 SCMP_SYS(rt_sigaction),
-                                 SCMP_SYS(rt_sigprocmask),
-                                 SCMP_SYS(rt_sigreturn),
-                                 SCMP_SYS(sigaltstack),
-                                 SCMP_SYS(restart_syscall),
-                                 SCMP_SYS(exit),
-                                 SCMP_SYS(exit_group),
-                                 SCMP_SYS(clock_gettime),
-                                 SCMP_SYS(clock_nanosleep),
-                                 SCMP_SYS(nanosleep),
-                                 SCMP_SYS(gettimeofday),
-                                 SCMP_SYS(getrandom)};
+constexpr std::string_view allowed_calls =
+    "read readv pread64 write lseek recvmsg sendmsg poll ppoll close dup fstat fadvise64 "
+    "memfd_create pwrite64 brk munmap mremap madvise futex set_robust_list rseq sched_yield "
+    "sched_getaffinity gettid getpid membarrier rt_sigaction rt_sigprocmask rt_sigreturn "
+    "sigaltstack restart_syscall exit exit_group clock_gettime clock_nanosleep nanosleep "
+    "gettimeofday getrandom";
 
 /// Loads the filter. All other calls fail, as in a kernel that lacks them: then libraries do
 /// without. Returns false if the kernel refuses it: limits of resources still hold.
@@ -79,7 +49,8 @@ bool restrict_calls() {
   const auto allow = [&](int call, auto... arguments) {
     seccomp_rule_add(filter.get(), SCMP_ACT_ALLOW, call, sizeof...(arguments), arguments...);
   };
-  for (const int call : allowed_calls) allow(call);
+  for (const std::string& name : split(allowed_calls, ' '))
+    allow(seccomp_syscall_resolve_name(name.c_str()));
   // threads, but no processes
   allow(SCMP_SYS(clone), SCMP_A0(SCMP_CMP_MASKED_EQ, CLONE_THREAD, CLONE_THREAD));
   // an abort sends a signal to the process itself
@@ -117,6 +88,32 @@ bool restrict_process(std::uint64_t memory) {
   return restrict_calls();
 }
 
+int crash_socket = -1;
+
+/// Tells the program of a crash; nothing else is safe in a signal's handler.
+void tell_crash(int signal) {
+  struct [[gnu::packed]] {
+    MessageKind kind = MessageKind::crash;
+    int number;
+  } const message{.number = signal};
+  [[maybe_unused]] const ssize_t sent = write(crash_socket, &message, sizeof message);
+  _exit(1);
+}
+
+/// A sanitizer tells of crashes itself.
+void tell_crashes(int socket) {
+  if (sanitised) return;
+  crash_socket = socket;
+  static std::array<char, 1 << 14> room;  // where the stack has overflowed
+  const stack_t stack{room.data(), 0, room.size()};
+  sigaltstack(&stack, nullptr);
+  struct sigaction action {};
+  action.sa_handler = tell_crash;
+  action.sa_flags = SA_ONSTACK;
+  for (const int signal : {SIGSEGV, SIGBUS, SIGABRT, SIGFPE, SIGILL})
+    sigaction(signal, &action, nullptr);
+}
+
 class Connection {
  public:
   Connection(int socket, OpenService open) : socket_(socket), open_(open) {}
@@ -138,7 +135,7 @@ class Connection {
     if (!paths.empty()) path_ = paths.front();
     const std::uint64_t memory = memory_for(size);
     service_ = open_(std::move(files), [this](double fraction) { report(fraction); });
-    reply(MessageKind::begun, packed(restrict_process(memory)));
+    reply(MessageKind::begun, packed(getpid(), restrict_process(memory)));
     while ((message = receive(socket_))) answer(message->bytes);
   }
 
@@ -146,7 +143,7 @@ class Connection {
   void answer(const std::string& request) {
     try {
       if (before_answer) before_answer(path_, request, socket_);
-      const Service::Answer made = service_->answer(request);
+      const Answer made = service_(request);
       const Descriptor text = shared_copy(made.text);
       std::vector<int> memory{text.get()};
       for (const Descriptor& block : made.blocks) memory.push_back(block.get());
@@ -182,7 +179,7 @@ class Connection {
   int socket_;
   OpenService open_;
   std::string path_;
-  std::unique_ptr<Service> service_;
+  Service service_;
   std::chrono::steady_clock::time_point reported_{};
 };
 
@@ -190,6 +187,7 @@ class Connection {
 
 void serve(int connection, OpenService open) {
   try {
+    tell_crashes(connection);
     Connection(connection, open).serve();
   } catch (const std::exception&) {
     _exit(1);

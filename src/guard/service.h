@@ -25,7 +25,8 @@ inline constexpr bool sanitised = false;
 
 /// What a guarded process says, in a message's first byte.
 enum class MessageKind : std::uint8_t {
-  begun,     ///< whether the kernel restricts its calls; before the first answer
+  begun,     ///< its id, and whether the kernel restricts its calls; before the first answer
+  crash,     ///< the signal that ends it
   progress,  ///< the fraction that is done
   failure,   ///< an Error, and whether the service can answer more
   data,      ///< an answer, in memory: its text, and then its blocks
@@ -36,19 +37,14 @@ struct OpenFile {
   Descriptor descriptor;
 };
 
-/// What a guarded process does with its files.
-class Service {
- public:
-  virtual ~Service() = default;
-  struct Answer {
-    std::string text;
-    std::vector<Descriptor> blocks{};  ///< made by shared_copy
-  };
-  /// The answer to a request. What it throws goes back, too.
-  virtual Answer answer(std::string_view request) = 0;
+struct Answer {
+  std::string text;
+  std::vector<Descriptor> blocks{};  ///< made by shared_copy
 };
 
-using OpenService = std::unique_ptr<Service> (*)(std::vector<OpenFile> files, Progress progress);
+/// What a guarded process does with its files: it answers a request. What it throws goes back, too.
+using Service = std::function<Answer(std::string_view request)>;
+using OpenService = Service (*)(std::vector<OpenFile> files, Progress progress);
 
 /// Answers a Process's requests until the connection ends; this process then ends, too. The first
 /// message has the open files. From then on the process is limited, for good: it can have most of
@@ -75,9 +71,7 @@ bool has_server();
 /// The ends of a new process that belong to this one.
 struct ProcessEnds {
   Descriptor connection;  ///< messages to and from the process
-  /// From the server: the process's id as a pid_t, once it runs, and its status as waitpid has it
-  /// in an int, once it has ended. Closing it ends the process.
-  Descriptor life;
+  Descriptor life;        ///< closing it ends the process
 };
 
 /// Starts a process; `prepared`: after Trade::prepare. May be called from several threads. Throws
@@ -156,7 +150,8 @@ class Process {
 
  private:
   [[noreturn]] void fail(const std::string& what) const;
-  [[noreturn]] void explain_end() const;
+  /// `signal`: what it said of a crash; 0: nothing.
+  [[noreturn]] void explain_end(int signal) const;
   Message next_message();
   SealedAnswer sealed(Message message) const;
   double seconds() const;
@@ -165,10 +160,9 @@ class Process {
   std::string path_;
   std::shared_ptr<Budget> budget_;
   double counted_ = 0;  ///< of the processor's time [s]
-  std::optional<bool> restricted_;
-  bool intact_ = true;
+  bool restricted_ = false, intact_ = true;
   ProcessEnds ends_;
-  pid_t process_ = 0;  ///< 0: not known yet
+  pid_t process_ = 0;  ///< 0: it has not begun
   std::string subject_;
 };
 

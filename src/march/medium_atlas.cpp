@@ -63,52 +63,33 @@ std::optional<double> threshold(const TransferFunction& function) {
   return (first - 1)->value;
 }
 
-/// Builds atlases one after another within the view's memory limit.
-class Builder {
- public:
-  explicit Builder(const View& view) : view_(view), left_(view.scene.memory_limit) {}
+/// A field's atlas; of one that is given apart its values go.
+BrickAtlas built(const Field& field, const AtlasOptions& options, std::optional<Field>& apart) {
+  return apart ? build_atlas(*apart, options, &apart->storage) : build_atlas(field, options);
+}
 
-  /// The atlas of a field, or of one that is moved in.
-  template <typename SomeField>
-  BrickAtlas build(SomeField&& field, AtlasOptions options) {
-    options.memory_limit = left_;
-    BrickAtlas atlas = build_atlas(std::forward<SomeField>(field), options);
-    use(atlas);
-    return atlas;
+void add_others(const Medium& medium, MediumAtlas& atlas) {
+  std::vector<OtherBricks> parts;
+  for (std::size_t i = 0; i < medium.others.size(); ++i) {
+    const Medium& other = medium.others[i];
+    OtherBricks& part = parts.emplace_back(
+        OtherBricks{.volume = i, .bricks = build_atlas(*other.density, {.own_texels = other.lit})});
+    if (other.lit) part.light = build_beside(*other.luminance, part.bricks);
+    for (std::size_t k = 0; k < other.emission.size(); ++k)
+      parts.push_back({.volume = i, .emits = k, .bricks = build_atlas(*other.emission[k].field)});
   }
+  join_others(parts, atlas);
+}
 
-  /// Adds the view's luminance, light beside the density.
-  template <typename SomeField>
-  void add_luminance(MediumAtlas& atlas, SomeField&& luminance) {
-    atlas.paired = view_.medium.lit && atlas.density.own_texels;
-    atlas.luminance = atlas.paired ? build_beside(std::forward<SomeField>(luminance), atlas.density,
-                                                  {.memory_limit = left_})
-                                   : build(std::forward<SomeField>(luminance), {});
-  }
-
-  void add_others(MediumAtlas& atlas) {
-    std::vector<OtherBricks> parts;
-    for (std::size_t i = 0; i < view_.medium.others.size(); ++i) {
-      const Medium& other = view_.medium.others[i];
-      const bool lit = other.lit;
-      OtherBricks& part = parts.emplace_back(
-          OtherBricks{.volume = i, .bricks = build(*other.density, {.own_texels = lit})});
-      if (lit) part.light = build_beside(*other.luminance, part.bricks, {.memory_limit = left_});
-      for (std::size_t k = 0; k < other.emission.size(); ++k)
-        parts.push_back({.volume = i, .emits = k, .bricks = build(*other.emission[k].field, {})});
-    }
-    join_others(parts, atlas);
-  }
-
-  void use(const BrickAtlas& atlas) {
-    const std::uint64_t used = atlas.size.bytes();
-    if (left_) left_ = left_ > used ? left_ - used : 1;  // 0 would be no limit
-  }
-
- private:
-  const View& view_;
-  std::uint64_t left_;
-};
+/// Adds the view's luminance, light beside the density.
+void add_own_luminance(MediumAtlas& atlas, const Medium& medium, std::optional<Field> apart) {
+  atlas.paired = medium.lit && atlas.density.own_texels;
+  if (!atlas.paired)
+    atlas.luminance = built(*medium.luminance, {}, apart);
+  else
+    atlas.luminance = apart ? build_beside(*apart, atlas.density, &apart->storage)
+                            : build_beside(*medium.luminance, atlas.density);
+}
 
 }  // namespace
 
@@ -167,19 +148,13 @@ AtlasOptions density_options(const View& view) {
 
 MediumAtlas build_medium_atlas(const View& view, std::optional<Field> density) {
   const Medium& medium = view.medium;
-  Builder builder(view);
-  const AtlasOptions options = density_options(view);
-  MediumAtlas result{density ? builder.build(*std::exchange(density, {}), options)
-                             : builder.build(*medium.density, options),
-                     {},
-                     {},
-                     {},
-                     {}};
-  if (medium.luminance && !medium.light) builder.add_luminance(result, *medium.luminance);
+  MediumAtlas result{built(*medium.density, density_options(view), density), {}, {}, {}, {}};
+  density.reset();
+  if (medium.luminance && !medium.light) add_own_luminance(result, medium, {});
   for (const Emission& emission : medium.emission)
-    result.emission.push_back(builder.build(*emission.field, {}));
-  if (medium.gradient) result.gradient = builder.build(*medium.gradient, {});
-  builder.add_others(result);
+    result.emission.push_back(build_atlas(*emission.field));
+  if (medium.gradient) result.gradient = build_atlas(*medium.gradient);
+  add_others(medium, result);
   return result;
 }
 
@@ -215,11 +190,11 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}, {}};
   result.part = region;
-  result.greatest = greatest ? *greatest : density_range(medium).y;
+  result.greatest = greatest ? *greatest : stored_range(*medium.density).y;
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
     result.luminance =
-        build_beside(field_of_bricks(*medium.luminance, stored, false), result.density, {});
+        build_beside(field_of_bricks(*medium.luminance, stored, false), result.density);
   } else if (medium.luminance) {
     // a value on a region's face may be looked up in the brick beyond it
     std::optional<Box> grown;
@@ -233,25 +208,14 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   return result;
 }
 
-/// The atlas with codes that have its luminance.
-static MediumAtlas with_codes(MediumAtlas atlas, BrickAtlas codes) {
-  atlas.density = std::move(codes);
+MediumAtlas coded(MediumAtlas atlas, const std::vector<CodeWidth>& widths, bool replaces) {
+  atlas.density =
+      coded(atlas.density, widths, atlas.paired ? &*atlas.luminance : nullptr, replaces);
   if (atlas.paired) {
     atlas.luminance->texels.reset();
     atlas.luminance->size.texel_bytes = 0;
   }
   return atlas;
-}
-
-MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths) {
-  return with_codes(atlas,
-                    coded(atlas.density, widths, atlas.paired ? &*atlas.luminance : nullptr));
-}
-
-MediumAtlas coded(MediumAtlas&& atlas, const std::vector<CodeWidth>& widths) {
-  BrickAtlas codes =
-      coded(std::move(atlas.density), widths, atlas.paired ? &*atlas.luminance : nullptr);
-  return with_codes(std::move(atlas), std::move(codes));
 }
 
 CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
@@ -260,18 +224,10 @@ CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel) {
   return std::make_shared<std::vector<CodeWidth>>(atlas.density.bricks.size(), width);
 }
 
-glm::dvec2 density_range(const Medium& medium) { return stored_range(*medium.density); }
-
 void add_luminance(MediumAtlas& atlas, const View& view, std::optional<Field> luminance) {
-  Builder builder(view);
   atlas.luminance.reset();
-  for (const BrickAtlas* grid : grids_of(atlas))
-    if (grid) builder.use(*grid);
-  if (luminance)
-    builder.add_luminance(atlas, *std::exchange(luminance, {}));
-  else
-    builder.add_luminance(atlas, *view.medium.luminance);
-  builder.add_others(atlas);
+  add_own_luminance(atlas, view.medium, std::move(luminance));
+  add_others(view.medium, atlas);
 }
 
 }  // namespace psivox

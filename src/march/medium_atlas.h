@@ -56,9 +56,8 @@ bool needs_every_value(const Scene& scene);
 /// function, and where an emission grid needs walking though the density is empty there.
 AtlasOptions density_options(const View& view);
 
-/// Builds the atlases within the view's memory limit, which counts all of them. Of a
-/// view whose light is still to be computed the luminance is left out. `density`: the view's, whose
-/// values go as their bricks are stored; unset: they stay. Throws as build_atlas does.
+/// Builds the atlases. Of a view whose light is still to be computed the luminance is left out.
+/// `density`: the view's, whose values go as their bricks are stored; unset: they stay.
 MediumAtlas build_medium_atlas(const View& view, std::optional<Field> density = {});
 
 /// Bricks around a region that its rays read: a uniform step begins in the region and ends up to a
@@ -66,8 +65,7 @@ MediumAtlas build_medium_atlas(const View& view, std::optional<Field> density = 
 glm::ivec3 region_ghost(const View& view);
 
 /// Builds atlases with the density and its gradient in a region only, a box of bricks, and in
-/// `ghost` bricks around it, and the other grids whole. The memory limit is not kept: it is what
-/// regions are made for.
+/// `ghost` bricks around it, and the other grids whole.
 MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {},
                                std::optional<double> greatest = {});
 
@@ -75,15 +73,10 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
 /// the domain of the whole.
 Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin);
 
-/// The least and the greatest value of a medium's density; build_region_atlas asks for the
-/// greatest.
-glm::dvec2 density_range(const Medium& medium);
-
 /// What the device stores: the density's bricks, with the luminance beside them, as codes of these
-/// widths; all else is shared. The host keeps the float32 atlas, by which methods are chosen,
-/// unless it is moved in: see the same of a BrickAtlas.
-MediumAtlas coded(const MediumAtlas& atlas, const std::vector<CodeWidth>& widths);
-MediumAtlas coded(MediumAtlas&& atlas, const std::vector<CodeWidth>& widths);
+/// widths; all else is shared. `replaces`: see the same of a BrickAtlas; else the host keeps the
+/// float32 atlas, by which methods are chosen.
+MediumAtlas coded(MediumAtlas atlas, const std::vector<CodeWidth>& widths, bool replaces = false);
 
 /// One width for all bricks, if that is the type of texels; else null.
 CodeWidths fixed_widths(const MediumAtlas& atlas, TexelType texel);

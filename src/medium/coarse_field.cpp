@@ -8,6 +8,7 @@
 #include <map>
 #include <vector>
 
+#include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 
@@ -22,52 +23,43 @@ glm::ivec3 coarse_origin(const glm::ivec3& origin) { return (origin >> 4) * 8; }
 void add_values(const glm::ivec3& origin, const float* values, int channels, CoarseValue what,
                 const glm::ivec3& last, float* coarse) {
   const glm::ivec3 first = ((origin >> 3) & 1) * 4;
-  const auto index = [channels](int x, int y, int z) {
-    return std::size_t(((x * 8 + y) * 8 + z) * channels);
+  const auto index = [channels](const glm::ivec3& at) {
+    return std::size_t(((at.x * 8 + at.y) * 8 + at.z) * channels);
   };
-  for (int x = 0; x < 4; ++x)
-    for (int y = 0; y < 4; ++y)
-      for (int z = 0; z < 4; ++z)
-        for (int c = 0; c < channels; ++c) {
-          const auto value = [&](int i) {
-            const glm::ivec3 at(2 * x + (i >> 2), 2 * y + (i >> 1 & 1), 2 * z + (i & 1));
-            const glm::ivec3 known = glm::min(at, last);
-            return values[index(known.x, known.y, known.z) + std::size_t(c)];
-          };
-          float& to = coarse[index(first.x + x, first.y + y, first.z + z) + std::size_t(c)];
-          if (what == CoarseValue::sample) {
-            to = value((x + 2 * y + 4 * z + (x >> 1) + (y >> 1) + (z >> 1)) &
-                       7);  // each of the eight as often
-            continue;
-          }
-          double sum = 0;
-          int known = 0;
-          for (int i = 0; i < 8; ++i)
-            if (!std::isnan(value(i))) {
-              sum += value(i);
-              ++known;
-            }
-          to = known > 0 ? float(sum / known) : value(0);
+  for_points({glm::ivec3(0), glm::ivec3(3)}, [&](const glm::ivec3& at) {
+    for (int c = 0; c < channels; ++c) {
+      const auto value = [&](int i) {
+        return values[index(glm::min(2 * at + cube_corner(i), last)) + std::size_t(c)];
+      };
+      float& mean = coarse[index(first + at) + std::size_t(c)];
+      if (what == CoarseValue::sample) {  // each of the eight as often
+        mean = value((at.x + 2 * at.y + 4 * at.z + (at.x >> 1) + (at.y >> 1) + (at.z >> 1)) & 7);
+        continue;
+      }
+      double sum = 0;
+      int known = 0;
+      for (int i = 0; i < 8; ++i)
+        if (!std::isnan(value(i))) {
+          sum += value(i);
+          ++known;
         }
+      mean = known > 0 ? float(sum / known) : value(0);
+    }
+  });
 }
 
 /// A tile that is wider than a coarse leaf, in the widths that tiles may have.
 void add_tiles(const Tile& tile, std::vector<Tile>& coarse) {
   const int width = tile.width / 2 < 128 ? 8 : 128;
   const int count = tile.width / 2 / width;
-  for (int x = 0; x < count; ++x)
-    for (int y = 0; y < count; ++y)
-      for (int z = 0; z < count; ++z)
-        coarse.push_back({tile.origin / 2 + width * glm::ivec3(x, y, z), width, tile.value});
+  for_points({glm::ivec3(0), glm::ivec3(count - 1)}, [&](const glm::ivec3& at) {
+    coarse.push_back({tile.origin / 2 + width * at, width, tile.value});
+  });
 }
 
 Field halved(const Field& field, Centering centering, CoarseValue what) {
   const std::size_t floats = 512 * std::size_t(field.channels);
-  Field coarse = field;
-  coarse.leaves.clear();
-  coarse.tiles.clear();
-  coarse.array.reset();
-  coarse.reader = nullptr;
+  Field coarse{FieldHead(field)};
   coarse.active_box = {field.active_box.min >> 1, field.active_box.max >> 1};
   coarse.active_voxels = (field.active_voxels + 7) / 8;
   // voxel i stands for voxels 2i and 2i + 1, and its middle is between theirs

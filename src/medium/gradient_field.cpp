@@ -10,7 +10,6 @@
 #include <glm/matrix.hpp>
 #include <glm/vector_relational.hpp>
 #include <memory>
-#include <tuple>
 #include <unordered_set>
 
 #include "base/text.h"
@@ -58,7 +57,7 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
   for (const Leaf& leaf : field.leaves) add_faces(leaf.origin, 8);
   for (const Tile& tile : field.tiles) add_faces(tile.origin, tile.width);
   std::vector<glm::ivec3> sorted(blocks.begin(), blocks.end());
-  std::ranges::sort(sorted, {}, [](const glm::ivec3& v) { return std::tuple(v.x, v.y, v.z); });
+  std::ranges::sort(sorted, comes_before);
   return sorted;
 }
 
@@ -112,11 +111,9 @@ void split_tile(const FieldIndex& gradient, const Box& domain, const Tile& tile,
     return;
   }
   const int width = FieldIndex::widths[std::size_t(level) + 1];
-  for (int x = 0; x < tile.width; x += width)
-    for (int y = 0; y < tile.width; y += width)
-      for (int z = 0; z < tile.width; z += width)
-        split_tile(gradient, domain, {tile.origin + glm::ivec3(x, y, z), width, tile.value},
-                   level + 1, parts);
+  for_points({glm::ivec3(0), glm::ivec3(tile.width / width - 1)}, [&](const glm::ivec3& at) {
+    split_tile(gradient, domain, {tile.origin + width * at, width, tile.value}, level + 1, parts);
+  });
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include <tbb/parallel_for.h>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <glm/common.hpp>
@@ -13,6 +14,7 @@
 
 #include "base/text.h"
 #include "field/field_index.h"
+#include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "psivox/error.h"
@@ -37,10 +39,9 @@ class Filler {
   /// Fills the cubes of one width that lie in [min, max].
   void fill(int level, const glm::ivec3& min, const glm::ivec3& max) {
     const int width = FieldIndex::widths[std::size_t(level)];
-    const glm::ivec3 first = min & ~(width - 1);
-    for (int x = first.x; x <= max.x; x += width)
-      for (int y = first.y; y <= max.y; y += width)
-        for (int z = first.z; z <= max.z; z += width) fill_cube(level, width, {x, y, z});
+    const int shift = std::countr_zero(unsigned(width));
+    for_points({min >> shift, max >> shift},
+               [&](const glm::ivec3& cube) { fill_cube(level, width, cube << shift); });
   }
 
   std::vector<Tile> tiles;
@@ -108,16 +109,10 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
   result.channels = channels;
   result.active_range.reset();
   result.stored_range.reset();
-  const std::size_t from_stride = std::size_t(field.channels);
-  const std::size_t to_stride = std::size_t(channels);
-  const auto values =
-      std::make_shared_for_overwrite<float[]>(field.leaves.size() * 512 * to_stride);
-  tbb::parallel_for(std::size_t{0}, field.leaves.size(), [&](std::size_t n) {
+  fill_leaves(result, [&](std::size_t n, float* to) {
     const OrderedValues own(field, field.leaves[n]);
     const float* from = own.data();
-    float* to = values.get() + n * 512 * to_stride;
-    result.leaves[n].values = to;
-    for (int i = 0; i < 512; ++i, from += from_stride, to += to_stride) {
+    for (int i = 0; i < 512; ++i, from += field.channels, to += channels) {
       glm::vec3 value(0);
       for (int c = 0; c < field.channels; ++c) value[c] = from[c];
       value = map(value);
@@ -126,8 +121,6 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
   });
   for (Tile& tile : result.tiles) tile.value = map(tile.value);
   std::erase_if(result.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0); });
-  result.array.reset();
-  result.storage = values;
   return result;
 }
 
@@ -165,19 +158,14 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
     if (attenuation != 0)
       result.tiles.push_back({tile.origin, tile.width, glm::vec3(attenuation, 0, 0)});
   }
-  const auto to = std::make_shared_for_overwrite<float[]>(result.leaves.size() * 512);
-  tbb::parallel_for(std::size_t{0}, result.leaves.size(), [&](std::size_t n) {
-    Leaf& leaf = result.leaves[n];
-    const FieldIndex::Block v = values.block(leaf.origin), g = gradients.block(leaf.origin);
-    float* attenuation = to.get() + n * 512;
-    leaf.values = attenuation;
+  fill_leaves(result, [&](std::size_t n, float* attenuation) {
+    const glm::ivec3& origin = result.leaves[n].origin;
+    const FieldIndex::Block v = values.block(origin), g = gradients.block(origin);
     for (int i = 0; i < 512; ++i)
       attenuation[i] = std::isnan(v.value(i))
                            ? v.value(i)
                            : float(function.attenuation(double(v.value(i)), double(g.value(i))));
   });
-  result.array.reset();
-  result.storage = to;
   return result;
 }
 
@@ -205,13 +193,10 @@ Field spread_colors(const Field& colors, const Field& active) {
     else
       result.leaves.push_back({tile.origin, nullptr});
   result.leaves.insert(result.leaves.end(), whole.leaves.begin(), whole.leaves.end());
-  const auto values = std::make_shared_for_overwrite<float[]>(result.leaves.size() * 512 * 3);
-  tbb::parallel_for(std::size_t{0}, result.leaves.size(), [&](std::size_t n) {
-    Leaf& leaf = result.leaves[n];
-    float* to = values.get() + n * 512 * 3;
-    leaf.values = to;
+  result.channels = 3;
+  fill_leaves(result, [&](std::size_t n, float* to) {
     for (int i = 0; i < 512; ++i, to += 3) {
-      const glm::ivec3 voxel = leaf.origin + leaf_voxel(i);
+      const glm::ivec3 voxel = result.leaves[n].origin + leaf_voxel(i);
       glm::dvec4 sum(0);
       const auto see = [&](const glm::ivec3& at) {
         if (mask.at(at).x > 0) sum += glm::dvec4(own.at(at), 1);
@@ -229,8 +214,6 @@ Field spread_colors(const Field& colors, const Field& active) {
   });
   std::ranges::sort(result.leaves, {}, [](const Leaf& leaf) { return tree_order(leaf.origin); });
   result.active_box = {colors.active_box.min - 1, colors.active_box.max + 1};
-  result.array.reset();
-  result.storage = values;
   return result;
 }
 

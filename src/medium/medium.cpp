@@ -307,7 +307,7 @@ View make_view(const Scene& unnamed, const MediumFields& all_fields) {
   if (fields.subject && fields.subject->serves(view.medium, scene.mode)) {
     view.subject = fields.subject->subject;
   } else {
-    Subject subject = subject_of(view.medium, scene.mode, fields.weights.get());
+    Subject subject = subject_of(view.medium, scene.mode);
     subject.z_up = fields.z_up;
     view.subject = std::make_shared<const Subject>(std::move(subject));
   }

@@ -71,6 +71,7 @@ Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::st
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
   options.in_file = is_shared(parts);
+  options.survey = parts.team->first();
   return file.read(name, options);
 }
 
@@ -85,8 +86,8 @@ std::string lost_identity(const Field& field) {
          ": its whole numbers above 16777216 are rounded to those that float32 has";
 }
 
-SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std::string& name,
-                             bool data, bool empty, const Parts& parts) {
+Field read_density(const Scene& scene, const VdbFile& file, const std::string& name, bool data,
+                   bool empty, const Parts& parts) {
   const VectorPart part = vector_part(file, name);
   ReadOptions options =
       options_of(scene, data || part.of_vectors() ? GridRole::data : GridRole::attenuation, empty);
@@ -95,21 +96,18 @@ SurveyedDensity read_density(const Scene& scene, const VdbFile& file, const std:
   options.fill = scene.fill_value == "auto";
   if (scene.fill_value != "auto" && scene.fill_value != "none")
     options.fill_value = float(std::stod(scene.fill_value));
-  Field read = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
-                                 : read_scalar_density(scene, file, part.grid, options, parts);
-  const std::string subject = scene.input + ": grid '" + read.name + "' ";
-  SurveyedDensity found =
-      survey_density(std::move(read), parts,
-                     {options, subject, own_memory(scene, parts), scene.lod, scene.centering});
-  Field& field = found.field;
-  if (field.reader && scene.lod == 0) {
+  Field field = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
+                                  : read_scalar_density(scene, file, part.grid, options, parts);
+  parts.team->check_same(topology_of(field), "sees another volume");
+  if (field.reader) take_first(field, *parts.team);
+  if (field.reader && scene.lod == 0 && !is_shared(parts)) {
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
   if (!field.reader) field.stored_range = glm::vec2(stored_range(field));  // often asked for
   if (std::string identity = lost_identity(field); !identity.empty())
     field.notices.push_back(std::move(identity));
-  return found;
+  return field;
 }
 
 }  // namespace
@@ -138,19 +136,24 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
   const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
   // a density that is empty is chosen where other grids are none to draw
   if (scene.grid.empty() && file.names().size() > 1 && !empty) empty = !file.holds_something(grid);
-  SurveyedDensity found = read_density(scene, file, grid, data, empty, parts);
+  Field density = read_density(scene, file, grid, data, empty, parts);
   if (scene.grid.empty() && file.names().size() > 1 && lower_case(grid) != "density" &&
       !file.metadata().contains("frames"))
-    found.field.notices.push_back("grid " + in_quotes(grid) + " of " +
-                                  std::to_string(file.names().size()) +
-                                  "; --grid NAME chooses another");
-  if (found.drawn) {
-    found.drawn->notices = found.field.notices;
-    fields.drawn = std::make_shared<const Field>(std::move(*found.drawn));
+    density.notices.push_back("grid " + in_quotes(grid) + " of " +
+                              std::to_string(file.names().size()) +
+                              "; --grid NAME chooses another");
+  const bool chosen_by_first = is_shared(parts) && density.reader;
+  if (chosen_by_first) {
+    Field overview;
+    if (parts.team->first())
+      overview = scene.lod > 0 ? coarse_field(density, scene.lod, scene.centering)
+                               : overview_of(density, scene.centering, own_memory(scene, parts));
+    if (scene.lod == 0) fields.drawn = std::make_shared<const Field>(std::move(density));
+    take_first(overview, *parts.team);
+    density = std::move(overview);
   }
   fields.density =
-      scaled_values(at_level(scene, std::move(found.field), found.is_coarse), scene.value_scale);
-  if (scene.lod == 0) fields.weights = found.weights;
+      scaled_values(at_level(scene, std::move(density), chosen_by_first), scene.value_scale);
   if (!scene.composites() && !scene.shines()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values

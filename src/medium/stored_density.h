@@ -1,46 +1,28 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
-#include <memory>
-#include <optional>
-#include <string>
 
-#include "medium/visible_parts.h"
 #include "psivox/field.h"
 #include "psivox/medium.h"
 #include "psivox/scene.h"
-#include "psivox/vdb.h"
+
+// A density whose values stay in the file.
 
 namespace psivox {
 
-/// How a density is surveyed whose values reading has left in the file.
-struct SurveyOptions {
-  const ReadOptions& reading;
-  std::string subject{};     ///< begins messages
-  std::uint64_t memory = 0;  ///< that an overview and its atlas may take; 0: not known
-  int lod = 0;               ///< see survey_density
-  Centering centering = Centering::node;
-  std::size_t most_leaves = std::size_t{1} << 14;  ///< of an overview: 32 MiB of scalars
-};
+/// The field by which a team chooses a view of a density whose values stay in the file: the density
+/// itself if it has few leaves, else a sample of its voxels. `memory`: that it and its atlas may
+/// take [bytes]; 0: not known.
+Field overview_of(const Field& stored, Centering centering, std::uint64_t memory,
+                  std::size_t most_leaves = std::size_t{1} << 14);  // 32 MiB of scalars
 
-struct SurveyedDensity {
-  Field field{};  ///< by which a view is chosen
-  /// The density to draw, if it is not `field`: its values stay in the file, and `field` is an
-  /// overview of it.
-  std::optional<Field> drawn{};
-  /// What the leaves of `field` weigh, if their values stay in the file.
-  std::shared_ptr<const WeighedLeaves> weights{};
-  bool is_coarse = false;  ///< `field` is the volume at level SurveyOptions::lod
-};
+/// Gives all members of a team the first one's field: what it is, its leaves and tiles, and values
+/// unless they stay in the file.
+void take_first(Field& field, Team& team);
 
-/// Surveys a density of which the topology has been read, if its values stay in the file.
-///
-/// A process alone also weighs the leaves and ignores `lod`. In a team, each member surveys only
-/// the leaves of the part that it will draw. Then all get the same ranges and the same
-/// `field`, in memory. At a `lod` above 0 that is the coarse volume, which is also drawn. Else it
-/// is an overview: the density itself if it has few leaves, otherwise a sample of its voxels.
-/// Throws AgreedError(input) if they see different volumes, Error(input).
-SurveyedDensity survey_density(Field field, const Parts& parts, const SurveyOptions& options);
+/// A text that differs, in all likelihood, between fields of different leaves.
+std::string topology_of(const Field& field);
 
 /// Whether several processes draw the volume together.
 bool is_shared(const Parts& parts);

@@ -61,22 +61,19 @@ class NanoGrid final : public FileGrid {
   explicit NanoGrid(NanoSource& from)
       : FileGrid(from.file, from.entry, from.marked || is_mask(from.entry.type)),
         handle_(std::move(from.handle)) {
-    begin(std::move(from.head), /*masks=*/false);
+    begin(std::move(from.head));
   }
 
   std::string why_whole() const override { return "its file has it as one block"; }
-  std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey&, std::string) override {
-    return nullptr;
-  }
 
  private:
   /// Walks the nodes, in OpenVDB's order.
-  Topology read_topology(const TopologyWish& wish) override {
+  Topology read_topology() override {
     leaves_.clear();
     const auto& root =
         reinterpret_cast<const nanovdb::NanoGrid<BuildT>*>(handle_.data())->tree().root();
     background_ = value_of(root.background());
-    TopologyBuilder<ValueT> found(wish, background_);
+    TopologyBuilder<ValueT> found(fill_, background_);
     const auto& data = *root.data();
     if (data.mTableSize > handle_.size() / sizeof(Tile))
       throw std::runtime_error("its nodes are more than its bytes");

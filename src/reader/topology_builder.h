@@ -6,6 +6,7 @@
 #include <cstring>
 #include <glm/common.hpp>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "field/value_range.h"
@@ -50,15 +51,16 @@ inline Box active_box_of(const LeafMask& mask) {
 template <typename ValueT>
 class TopologyBuilder {
  public:
-  TopologyBuilder(const TopologyWish& wish, const ValueT& background)
-      : wish_(wish), background_(background) {
+  /// `fill`: the value that inactive tiles of the background get; unset: they are left out.
+  TopologyBuilder(const std::optional<double>& fill, const ValueT& background)
+      : fill_(fill), background_(background) {
     constexpr int none = std::numeric_limits<int>::max();
     box_ = {glm::ivec3(none), glm::ivec3(-none)};
   }
 
   void add_leaf(const glm::ivec3& at, const LeafMask& mask) {
     found_.leaves.push_back(at);
-    if (wish_.masks) found_.masks.push_back(mask);
+    found_.masks.push_back(mask);
     if (mask.none()) return;
     found_.summary.active_voxels += std::uint64_t(mask.count());
     const Box box = active_box_of(mask);
@@ -67,8 +69,7 @@ class TopologyBuilder {
 
   void add_tile(const glm::ivec3& origin, int width, const ValueT& value, bool active) {
     if (!active && same_values(value, background_)) {
-      if (wish_.background)
-        found_.tiles.push_back({origin, width, glm::dvec3(*wish_.background), false});
+      if (fill_) found_.tiles.push_back({origin, width, glm::dvec3(*fill_), false});
       return;
     }
     const TilePart tile{origin, width, to_dvec3(value), active};
@@ -92,7 +93,7 @@ class TopologyBuilder {
   }
 
  private:
-  TopologyWish wish_;
+  std::optional<double> fill_;
   ValueT background_;
   Box box_;
   Topology found_;

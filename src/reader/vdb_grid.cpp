@@ -108,74 +108,6 @@ class LeafDecoder {
   std::optional<double> fill_;
 };
 
-/// The leaves of a grid whose values stay in the file. Any of them are read again by their places.
-template <typename LeafT>
-class FileLeaves final : public LeafReader {
- public:
-  /// `places`: where leaves begin in the file, and where the last one ends. `subject` begins
-  /// messages.
-  FileLeaves(LeafDecoder<LeafT> decoder, std::vector<std::int64_t> places, const Topology& topology,
-             const LeafSurvey& survey, std::string subject)
-      : decoder_(std::move(decoder)),
-        survey_(survey),
-        subject_(std::move(subject)),
-        places_(std::move(places)),
-        origins_(topology.leaves),
-        floats_per_leaf_(kLeafVoxels * static_cast<std::size_t>(topology.summary.channels)) {
-    for (const TilePart& part : topology.tiles)
-      if (part.active) active_tiles_.push_back({part.tile().value.x, tile_voxels(part.tile())});
-  }
-
-  const std::vector<TileValue>& active_tiles() const override { return active_tiles_; }
-
-  ValueSurvey read(std::span<const std::uint32_t> leaves, float* values,
-                   LeafRead what) const override {
-    const std::vector<LeafPlace> places = places_of(leaves);
-    SurveySum sum;
-    try {
-      decoder_.decode(places, /*in_runs=*/false, [&](std::size_t n, const DecodedLeaf& leaf) {
-        float* const to = values + n * floats_per_leaf_;
-        leaf.copy_to(to);
-        if (what == LeafRead::survey)
-          sum.add(survey_.take(origins_[leaves[n]], to, leaf.active()));
-        else
-          survey_.clean(to);
-        if (what == LeafRead::active) mark(to, leaf.active());
-      });
-    } catch (const std::exception& e) {
-      throw Error(ExitCode::input, subject_ + "cannot be read again: " + explain(e));
-    }
-    return sum.total();
-  }
-
- private:
-  std::vector<LeafPlace> places_of(std::span<const std::uint32_t> leaves) const {
-    std::vector<LeafPlace> places;
-    places.reserve(leaves.size());
-    for (const std::uint32_t leaf : leaves) {
-      if (leaf + std::size_t{1} >= places_.size())
-        throw Error(ExitCode::input, subject_ + "has no leaf of that number");
-      places.push_back({places_[leaf], places_[leaf + 1]});
-    }
-    return places;
-  }
-
-  /// Puts NaN into the first channel of voxels that are not active.
-  void mark(float* values, const LeafMask& active) const {
-    for (std::size_t i = 0; i < kLeafVoxels; ++i)
-      if (!active.is_on(i))
-        values[i * (floats_per_leaf_ / kLeafVoxels)] = std::numeric_limits<float>::quiet_NaN();
-  }
-
-  LeafDecoder<LeafT> decoder_;
-  LeafSurvey survey_;
-  std::string subject_;
-  std::vector<std::int64_t> places_;
-  std::vector<glm::ivec3> origins_;
-  std::size_t floats_per_leaf_;
-  std::vector<TileValue> active_tiles_;
-};
-
 /// A grid of a .vdb, by OpenVDB's type.
 template <typename GridT>
 class VdbGrid final : public FileGrid {
@@ -199,7 +131,7 @@ class VdbGrid final : public FileGrid {
       if ((node.getCoord() & ~(int(TreeT::RootNodeType::ChildNodeType::DIM) - 1)) !=
           node.getCoord())
         throw std::runtime_error("a node of its root is at an impossible place");
-    begin(from.head, points);
+    begin(from.head);
   }
 
   std::string why_whole() const override {
@@ -208,23 +140,14 @@ class VdbGrid final : public FileGrid {
     return {};
   }
 
-  std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey& survey,
-                                            std::string subject) override {
-    if constexpr (points)
-      return nullptr;
-    else
-      return std::make_shared<FileLeaves<LeafT>>(decoder(), find_places(), topology_, survey,
-                                                 std::move(subject));
-  }
-
  private:
   const ValueT& background() const { return std::as_const(*grid_).tree().background(); }
   bool half() const { return coding_->halfFloat(); }
   LeafDecoder<LeafT> decoder() const { return {file_, coding_, background(), fill_}; }
 
-  Topology read_topology(const TopologyWish& wish) override {
+  Topology read_topology() override {
     leaves_.clear();
-    TopologyBuilder<ValueT> found(wish, background());
+    TopologyBuilder<ValueT> found(fill_, background());
     take_nodes(grid_->tree().root(), found, [&](LeafT& leaf) { leaves_.push_back(&leaf); });
     return found.take();
   }
@@ -232,16 +155,16 @@ class VdbGrid final : public FileGrid {
   bool can_be(double value) const override { return value_can_be<ValueT>(value); }
 
   void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) override {
-    begin_leaves(coding_);
+    begin_leaves();
     if constexpr (points)
       read_counts(take);
     else
       read_batches(take, enough);
   }
 
-  void begin_leaves(openvdb::io::StreamMetadata::Ptr& coding) {
-    coding->setBackgroundPtr(&background());
-    openvdb::io::setStreamMetadataPtr(stream_, coding);
+  void begin_leaves() {
+    coding_->setBackgroundPtr(&background());
+    openvdb::io::setStreamMetadataPtr(stream_, coding_);
     stream_.clear();
     stream_.seekg(leaves_at_);
   }
@@ -291,27 +214,18 @@ class VdbGrid final : public FileGrid {
     skipped_.readBuffers(stream_, openvdb::CoordBBox(), half());
   }
 
-  /// Where leaves begin, and where the last one ends: by the metadata for delayed loading or, if
-  /// these do not lead to the grid's end, by a few bytes of each leaf.
-  std::vector<std::int64_t> find_places() {
-    std::vector<std::int64_t> places;
-    guarded([&] {
-      if (const auto delayed = (*grid_)[openvdb::GridBase::META_FILE_DELAYED_LOAD]) {
-        auto coding = std::make_shared<openvdb::io::StreamMetadata>(*coding_);
-        coding->gridMetadata().insertMeta(openvdb::GridBase::META_FILE_DELAYED_LOAD, *delayed);
-        try {
-          places = places_by(coding);
-        } catch (const std::exception&) {  // the metadata are wrong
-        }
-      }
-      if (places.empty() || places.back() != end_) places = places_by(coding_);
-      openvdb::io::setStreamMetadataPtr(stream_, coding_);  // it keeps a plain pointer
-    });
-    return places;
+  void read_some(std::span<const std::uint32_t> numbers, const TakeLeaf& take) override {
+    if constexpr (!points) {
+      if (places_.empty()) find_places();
+      std::vector<LeafPlace> places;
+      places.reserve(numbers.size());
+      for (const std::uint32_t n : numbers) places.push_back({places_[n], places_[n + 1]});
+      decoder().decode(places, /*in_runs=*/false, take);
+    }
   }
 
-  std::vector<std::int64_t> places_by(openvdb::io::StreamMetadata::Ptr& coding) {
-    begin_leaves(coding);
+  void find_places() {
+    begin_leaves();
     // small leaves are read in fewer calls than skipped
     if (end_ - leaves_at_ > 4 * head_bytes * std::int64_t(leaves_.size()))
       buffer_.read_only(head_bytes);
@@ -320,8 +234,7 @@ class VdbGrid final : public FileGrid {
       skip(*leaf);
       places.push_back(stream_.tellg());
     }
-    buffer_.read_only(0);
-    return places;
+    places_ = std::move(places);
   }
 
   typename GridT::Ptr grid_;
@@ -329,8 +242,9 @@ class VdbGrid final : public FileGrid {
   std::shared_ptr<FileBlocks> file_;
   std::istream& stream_;
   FileBuffer& buffer_;
-  std::int64_t leaves_at_, end_;  ///< in the file [bytes]
-  std::vector<LeafT*> leaves_;    ///< of the tree, in its order
+  std::int64_t leaves_at_, end_;      ///< in the file [bytes]
+  std::vector<LeafT*> leaves_;        ///< of the tree, in its order
+  std::vector<std::int64_t> places_;  ///< where leaves begin, once some are read by their numbers
   LeafT skipped_;
 };
 

@@ -210,10 +210,6 @@ std::string FramePattern::path(FrameNumber frame) const {
          after_;
 }
 
-std::string FramePattern::printf_form() const {
-  return before_ + (digits_ > 1 ? "%0" + std::to_string(digits_) + "d" : "%d") + after_;
-}
-
 std::optional<FrameNumber> FramePattern::frame_of(const std::string& path) const {
   if (!path.starts_with(before_) || !path.ends_with(after_) ||
       path.size() <= before_.size() + after_.size())

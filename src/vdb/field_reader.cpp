@@ -23,52 +23,31 @@ LeafMask active_mask(const float* values, int channels) {
   return mask;
 }
 
+using Copies = std::vector<std::shared_ptr<float[]>>;
+
 /// Surveys the leaves. Others may read the field's values: a leaf with bad ones gets a copy, which
-/// is returned.
-std::vector<float*> survey_leaves(Field& field, LeafSurvey& survey, GridRole role,
-                                  ValueSurvey& found) {
-  const std::size_t floats = kLeafVoxels * static_cast<std::size_t>(field.channels);
-  std::vector<char> bad(field.leaves.size()), open(field.leaves.size());
-  SurveySum sum;
-  SumOf<ValueEnds> ends;
-  const auto look = [&](std::size_t n, const OrderedValues& values) {
-    sum.add(survey.look(field.leaves[n].origin, values.data(),
-                        active_mask(values.data(), field.channels)));
-  };
-  tbb::parallel_for(std::size_t{0}, bad.size(), [&](std::size_t n) {
-    const OrderedValues values(field, field.leaves[n]);
-    bad[n] = !all_good(values, role);
-    open[n] = survey.may_hold_fill(values.data());
-    if (open[n])
-      ends.add(survey.ends(values.data()));
-    else if (!bad[n])
-      look(n, values);
-  });
+/// the field keeps.
+ValueSurvey survey_leaves(Field& field, LeafSurvey& survey, GridRole role, Copies& copies) {
   std::vector<TileValue> tiles;
   for (const Tile& tile : field.tiles) tiles.push_back({tile.value.x, tile_voxels(tile)});
-  survey.find_fill(ends.total(), sum.total(), tiles, field.active_voxels);
-  tbb::parallel_for(std::size_t{0}, bad.size(), [&](std::size_t n) {
-    if (!open[n]) return;
-    const OrderedValues values(field, field.leaves[n]);
-    bad[n] = bad[n] || survey.holds_fill(values.data());
-    if (!bad[n]) look(n, values);
-  });
-  std::vector<float*> copies;
-  const auto count = static_cast<std::size_t>(std::ranges::count(bad, 1));
-  const auto storage = std::make_shared_for_overwrite<float[]>(count * floats);
-  for (std::size_t n = 0; n < bad.size(); ++n) {
-    if (!bad[n]) continue;
-    float* const copy = storage.get() + copies.size() * floats;
-    copies.push_back(copy);
-    copy_values(values_of(field, field.leaves[n]), field.channels, copy);
-    field.leaves[n].values = copy;
-    sum.add(survey.take(field.leaves[n].origin, copy, active_mask(copy, field.channels)));
-  }
-  if (count > 0)
-    field.storage =
-        std::make_shared<std::pair<Storage, std::shared_ptr<const void>>>(field.storage, storage);
-  found = sum.total();
-  return copies;
+  copies.resize(field.leaves.size());
+  const auto each = [&](const auto& look) {
+    tbb::parallel_for(std::size_t{0}, copies.size(), [&](std::size_t n) {
+      look(n, OrderedValues(field, field.leaves[n]).data());
+    });
+  };
+  const auto take = [&](std::size_t n) {
+    Leaf& leaf = field.leaves[n];
+    const OrderedValues values(field, leaf);
+    const LeafMask active = active_mask(values.data(), field.channels);
+    if (all_good({values.begin(), values.end()}, role) && !survey.holds_fill(values.data()))
+      return survey.look(leaf.origin, values.data(), active);
+    copies[n] = std::make_shared_for_overwrite<float[]>(values.size());
+    std::ranges::copy(values, copies[n].get());
+    leaf.values = copies[n].get();
+    return survey.take(leaf.origin, copies[n].get(), active);
+  };
+  return vdb::survey_leaves(survey, copies.size(), tiles, field.active_voxels, each, take);
 }
 
 /// Calls take(value, count) for the first channel of the active voxels of `stored`, as `field` has
@@ -99,19 +78,14 @@ std::optional<ValueStatistics> statistics_of(const Field& field) {
 /// 1 where a voxel is not 0.
 Field activity_of(const Field& field) {
   Field active = field;
-  const auto values = std::make_shared_for_overwrite<float[]>(field.leaves.size() * kLeafVoxels);
-  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
-    const LeafMask mask = active_mask(OrderedValues(field, field.leaves[n]).data(), field.channels);
-    float* const to = values.get() + n * kLeafVoxels;
-    for (std::size_t i = 0; i < kLeafVoxels; ++i) to[i] = mask.is_on(i);
-    active.leaves[n].values = to;
-  }
   for (Tile& tile : active.tiles) tile.value = glm::vec3(1, 0, 0);
   active.name += ":active";
   active.value_type = "float";
   active.channels = 1;
-  active.array.reset();
-  active.storage = values;
+  fill_leaves(active, [&](std::size_t n, float* to) {
+    const LeafMask mask = active_mask(OrderedValues(field, field.leaves[n]).data(), field.channels);
+    for (std::size_t i = 0; i < kLeafVoxels; ++i) to[i] = mask.is_on(i);
+  });
   active.active_range = glm::vec2(1);
   active.stored_range.reset();
   return active;
@@ -156,12 +130,15 @@ class FieldReader final : public Reader {
       field.margin = 0;
     }
     LeafSurvey survey(options, field.channels, options.role == GridRole::data, field.active_box);
-    ValueSurvey found;
-    const std::vector<float*> copies = survey_leaves(field, survey, options.role, found);
+    const auto copies = std::make_shared<Copies>();
+    ValueSurvey found = survey_leaves(field, survey, options.role, *copies);
+    if (std::ranges::any_of(*copies, [](const auto& copy) { return copy != nullptr; }))
+      field.storage =
+          std::make_shared<std::pair<Storage, std::shared_ptr<const void>>>(field.storage, copies);
     found = found + survey_tiles(field, survey, /*keep_zeros=*/true);
     const float largest = settle(field, found, options, about);
-    for (float* const copy : copies)
-      replace_infinite(copy, kLeafVoxels * static_cast<std::size_t>(field.channels), largest);
+    for (const auto& copy : *copies)
+      if (copy) replace_infinite(copy.get(), kLeafVoxels * std::size_t(field.channels), largest);
     for (const Tile& tile : field.tiles) found.active.add(tile.value.x);
     if (options.role == GridRole::data) field.active_range = found.active.range(largest);
     set_percentiles(field, options.percentiles,
@@ -199,13 +176,8 @@ class FieldReader final : public Reader {
       info.leaves = field->leaves.size();
       info.active_tiles = field->tiles.size();
       info.active_box = field->active_box;
-      info.world_from_index = field->world_from_index;
       info.transform = "AffineMap";
-      if (!info.active_box.empty())
-        std::tie(info.world_min, info.world_max) =
-            bounds_of(info.active_box, info.world_from_index);
-      for (int axis = 0; axis < 3; ++axis)
-        info.voxel_size[axis] = glm::length(glm::dvec3(field->world_from_index[axis]));
+      set_linear(field->world_from_index, info);
       if (values) info.values = statistics_of(*field);
       if (field->active_voxels == 0) info.problem = "has no voxel other than 0";
     } catch (const Error& error) {

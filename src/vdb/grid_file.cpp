@@ -39,7 +39,7 @@ std::string z_up_creator(const MetadataText& metadata) {
 }
 
 /// Tiles of the root that may be added: 28 MB of them.
-constexpr double most_root_tiles = 1 << 20;
+constexpr std::uint64_t most_root_tiles = 1 << 20;
 
 }  // namespace
 
@@ -85,10 +85,9 @@ void GridFile::guarded(const GridEntry& entry, const std::function<void()>& work
   });
 }
 
-void FileGrid::begin(GridHead head, bool masks) {
+void FileGrid::begin(GridHead head) {
   head_ = std::move(head);
-  masks_ = masks || marked_;
-  topology_ = read_topology({.masks = masks_});
+  topology_ = read_topology();
   if (marked_) mark();
 }
 
@@ -107,7 +106,7 @@ void FileGrid::set_background(double value) {
         formatted("has no value %g, which --background-value asks for", value));
   fill_ = value;
   if (value != 0) {  // tiles of 0 are left out
-    guarded([&] { topology_ = read_topology({.masks = masks_, .background = value}); });
+    guarded([&] { topology_ = read_topology(); });
     if (summary().active_voxels > 0) fill_root(value);
   }
   topology_.summary.background = glm::dvec3(0);
@@ -115,30 +114,24 @@ void FileGrid::set_background(double value) {
 
 /// Adds tiles to the root where it has neither a tile nor a node.
 void FileGrid::fill_root(double value) {
-  constexpr int width = 4096;
-  const auto node_of = [](const glm::ivec3& voxel) { return voxel & ~(width - 1); };
-  // One voxel around the active ones belongs to the domain.
-  const Box& box = summary().active_box;
-  const glm::ivec3 first = node_of(box.min - 1);
-  double count = 1;
-  for (int axis = 0; axis < 3; ++axis)
-    count *= (double(box.max[axis]) + 1 - first[axis]) / width + 1;
-  if (count > most_root_tiles)
+  constexpr int width = 4096, shift = 12;
+  // one voxel around the active ones belongs to the domain
+  const Box box = common(summary().active_box, everywhere);
+  const Box nodes{(box.min - 1) >> shift, (box.max + 1) >> shift};
+  if (count_of(nodes) > most_root_tiles)
     throw std::runtime_error(
         "is too wide to be filled with --background-value; only 0 needs no memory");
   std::vector<TilePart>& tiles = topology_.tiles;
   // a node has leaves or tiles everywhere
   std::set<glm::ivec3, decltype(&comes_before)> taken(comes_before);
-  for (const glm::ivec3& leaf : topology_.leaves) taken.insert(node_of(leaf));
-  for (const TilePart& tile : tiles) taken.insert(node_of(tile.origin));
-  for (int x = first.x; x <= box.max.x + 1; x += width)
-    for (int y = first.y; y <= box.max.y + 1; y += width)
-      for (int z = first.z; z <= box.max.z + 1; z += width)
-        if (!taken.contains({x, y, z}))
-          tiles.push_back({{x, y, z}, width, glm::dvec3(value), false});
+  for (const glm::ivec3& leaf : topology_.leaves) taken.insert(leaf >> shift);
+  for (const TilePart& tile : tiles) taken.insert(tile.origin >> shift);
+  for_points(nodes, [&](const glm::ivec3& node) {
+    if (!taken.contains(node)) tiles.push_back({node * width, width, glm::dvec3(value), false});
+  });
   std::ranges::stable_sort(tiles, [&](const TilePart& a, const TilePart& b) {
     if (a.width != b.width) return a.width > b.width;
-    return a.width == width && comes_before(node_of(a.origin), node_of(b.origin));
+    return a.width == width && comes_before(a.origin, b.origin);
   });
 }
 
@@ -149,6 +142,14 @@ void FileGrid::each_leaf(const TakeLeaf& take, const std::function<bool()>& enou
     tbb::parallel_for(std::size_t{0}, masks.size(), [&](std::size_t n) {
       take(n, MadeLeaf(masks[n], each_voxel([&](std::size_t i) { return masks[n].is_on(i); })));
     });
+  });
+}
+
+void FileGrid::some_leaves(std::span<const std::uint32_t> numbers, const TakeLeaf& take) {
+  guarded([&] {
+    for (const std::uint32_t number : numbers)
+      if (number >= topology_.leaves.size()) throw std::runtime_error("there is no such leaf");
+    read_some(numbers, take);
   });
 }
 

@@ -110,10 +110,9 @@ class FileGrid {
   /// Throws Error(input).
   void each_leaf(const TakeLeaf& take, const std::function<bool()>& enough = {});
 
-  /// Any leaf, read from the file when it is asked for; `subject` begins messages. Only if
-  /// why_whole is empty.
-  virtual std::shared_ptr<LeafReader> stored_leaves(const LeafSurvey& survey,
-                                                    std::string subject) = 0;
+  /// Reads some leaves; `take` gets their places among the numbers. Only if why_whole is empty.
+  /// Throws Error(input).
+  void some_leaves(std::span<const std::uint32_t> numbers, const TakeLeaf& take);
 
  protected:
   /// `marked`: see GridFile::open.
@@ -121,14 +120,15 @@ class FileGrid {
       : grid_file_(file), entry_(entry), marked_(marked) {}
 
   /// Sets the grid's head and topology, and what `marked` makes of them.
-  void begin(GridHead head, bool masks);
+  void begin(GridHead head);
 
-  /// The topology of a grid whose head is set.
-  virtual Topology read_topology(const TopologyWish& wish) = 0;
+  /// The topology of a grid whose head is set, with `fill_` where it has its background.
+  virtual Topology read_topology() = 0;
   /// Whether values of the grid's type can be this number.
   virtual bool can_be(double value) const = 0;
-  /// Reads the leaves of a grid that is not marked.
+  /// Read the leaves of a grid that is not marked.
   virtual void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) = 0;
+  virtual void read_some(std::span<const std::uint32_t>, const TakeLeaf&) {}
 
   bool is_marked() const { return marked_; }
   /// Does work that reads the grid, as GridFile::guarded does.
@@ -144,11 +144,16 @@ class FileGrid {
 
   const GridFile& grid_file_;
   const GridEntry& entry_;
-  bool marked_, masks_ = false;
+  bool marked_;
 };
 
-/// Reads a grid, as VdbFile::read does, which says what is thrown.
+/// Reads a grid, as Reader::read does; VdbFile::read says what is thrown.
 Field read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options);
+
+/// Opens a grid again whose values have stayed in the file, to read leaves of it.
+std::unique_ptr<FileGrid> open_stored(GridFile& file, const GridEntry& entry,
+                                      const ReadOptions& options);
+std::vector<float> stored_leaves(FileGrid& grid, const LeavesWish& wish);
 
 /// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata
 /// of each grid, `names` the grids' names.

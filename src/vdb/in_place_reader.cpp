@@ -30,11 +30,6 @@ namespace {
   throw Error(ExitCode::input, file.path() + ": " + (format.empty() ? unknown : format));
 }
 
-glm::dvec3 column_lengths(const glm::dmat4& m) {
-  const auto length = [&](int i) { return glm::length(glm::dvec3(m[i])); };
-  return {length(0), length(1), length(2)};
-}
-
 /// Statistics of the active values in their own type.
 std::optional<ValueStatistics> statistics_of(FileGrid& grid) {
   const int channels = grid.channels();
@@ -60,10 +55,7 @@ void set_transform(const Transform& transform, GridInfo& info) {
     info.world_max = place.world_max;
     return;
   }
-  info.world_from_index = transform.world_from_index;
-  info.voxel_size = column_lengths(info.world_from_index);
-  if (!info.active_box.empty())
-    std::tie(info.world_min, info.world_max) = bounds_of(info.active_box, info.world_from_index);
+  set_linear(transform.world_from_index, info);
 }
 
 /// Without OpenVDB's own statistics of the file and what other rows tell.
@@ -191,6 +183,17 @@ class InPlaceReader final : public Reader {
     return with_grids([&](GridFile& grids) { return read_grid(grids, grids.find(grid), options); });
   }
 
+  std::vector<float> leaves(const LeavesWish& wish) override {
+    const std::lock_guard lock(stored_mutex_);
+    if (!stored_ || stored_name_ != wish.grid) {
+      stored_.reset();
+      stored_file_ = grids_module().open(file_, {});
+      stored_ = open_stored(*stored_file_, stored_file_->find(wish.grid), wish.options);
+      stored_name_ = wish.grid;
+    }
+    return stored_leaves(*stored_, wish);
+  }
+
  private:
   /// The result of work, in a directory that is read again only if another thread uses it.
   template <typename Work>
@@ -212,6 +215,11 @@ class InPlaceReader final : public Reader {
 
   std::mutex mutex_;                ///< of what follows
   std::unique_ptr<GridFile> idle_;  ///< whose directory is read
+
+  std::mutex stored_mutex_;  ///< of what follows
+  std::unique_ptr<GridFile> stored_file_;
+  std::unique_ptr<FileGrid> stored_;  ///< whose leaves were asked for last
+  std::string stored_name_;
 };
 
 /// Reads a scan's frames as grids: `image`, or `image[0]`, `image[1]`, ... of several; `rgb` of

@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <memory>
 #include <string_view>
-#include <tuple>
 #include <unordered_set>
 
 #include "base/text.h"
@@ -134,22 +132,15 @@ Field joined_vectors(const std::string& name, const std::array<Field, 3>& compon
   Places places = places_of(components, name);
   joined.tiles = std::move(places.tiles);
   for (const glm::ivec3& origin : places.blocks) joined.leaves.push_back({origin, nullptr});
-  std::ranges::sort(joined.leaves, [](const Leaf& a, const Leaf& b) {
-    return std::tuple(a.origin.x, a.origin.y, a.origin.z) <
-           std::tuple(b.origin.x, b.origin.y, b.origin.z);
-  });
-  const auto values = std::make_shared_for_overwrite<float[]>(joined.leaves.size() * 512 * 3);
+  std::ranges::sort(joined.leaves, comes_before, &Leaf::origin);
   const std::array<FieldIndex, 3> indices{FieldIndex(components[0]), FieldIndex(components[1]),
                                           FieldIndex(components[2])};
-  tbb::parallel_for(std::size_t{0}, joined.leaves.size(), [&](std::size_t n) {
-    float* const to = values.get() + n * 512 * 3;
+  fill_leaves(joined, [&](std::size_t n, float* to) {
     for (std::size_t c = 0; c < 3; ++c) {
       const FieldIndex::Block block = indices[c].block(joined.leaves[n].origin);
       for (int i = 0; i < 512; ++i) to[3 * std::size_t(i) + c] = block.value(i);
     }
-    joined.leaves[n].values = to;
   });
-  joined.storage = values;
   return joined;
 }
 

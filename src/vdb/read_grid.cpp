@@ -1,9 +1,12 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <glm/vector_relational.hpp>
+#include <mutex>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 #include "base/memory.h"
@@ -43,18 +46,24 @@ void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
       found.active.add(value);
 }
 
-void find_percentiles(Field& field, const Voxels& voxels, const ReadOptions& options) {
-  const auto channels = static_cast<std::size_t>(field.channels);
+/// Finds percentiles of the first channel of active voxels, which `each_leaf(take)` visits, and of
+/// tiles.
+template <typename EachLeaf>
+void find_percentiles(Field& field, const EachLeaf& each_leaf, const std::vector<TilePart>& tiles,
+                      const ReadOptions& options) {
   set_percentiles(field, options.percentiles, [&](const auto& take) {
-    for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
-      each_on(voxels.active[n], [&](std::size_t i) { take(voxels.leaves[n][i * channels], 1); });
-    for (const TilePart& part : voxels.tiles) {
+    each_leaf([&](const float* values, const LeafMask& active) {
+      each_on(active, [&](std::size_t i) { take(values[i * std::size_t(field.channels)], 1); });
+    });
+    for (const TilePart& part : tiles) {
       const Tile tile = part.tile();
       const float value = tile.value.x == HUGE_VALF ? field.replaced.largest : tile.value.x;
       if (part.active) take(value, tile_voxels(tile));
     }
   });
 }
+
+using LeafOfFloats = std::array<float, 3 * kLeafVoxels>;
 
 /// One reading of a grid.
 class Reading {
@@ -88,11 +97,7 @@ class Reading {
     refuse(problem_of(transform, summary));
     refuse(problem_of_distances(grid_.head(), summary));
     set_place(transform.world_from_index, summary);
-    if (stays) {
-      add_class_notices();
-      leave_in_file();
-      return std::move(field_);
-    }
+    if (stays) return leave_in_file();
     Voxels voxels;
     ValueSurvey survey = needs_tree() ? take_tree(voxels) : take_leaves(voxels);
     finish(survey, voxels);
@@ -133,29 +138,15 @@ class Reading {
     return {options_, field_.channels, ranges, field_.active_box};
   }
 
-  /// Surveys leaves as they come, and those that may hold fill values at the end.
-  ValueSurvey survey_leaves(Voxels& voxels, const LeafSurvey& survey, const auto& each) {
-    std::vector<char> open(voxels.leaves.size());
-    SurveySum sum;
-    SumOf<ValueEnds> ends;
-    each([&](std::size_t n, const LeafMask& active) {
-      float* const values = voxels.leaves[n];
-      open[n] = survey.may_hold_fill(values);
-      if (open[n])
-        ends.add(survey.ends(values));
-      else
-        sum.add(survey.take(field_.leaves[n].origin, values, active));
-    });
-    survey_ = survey;
+  ValueSurvey survey_leaves(Voxels& voxels, const auto& each) {
+    survey_ = leaf_survey(options_.role == GridRole::data);
     std::vector<TileValue> tiles;
     for (const TilePart& part : voxels.tiles)
       tiles.push_back({part.tile().value.x, tile_voxels(part.tile())});
-    survey_->find_fill(ends.total(), sum.total(), tiles, field_.active_voxels);
-    tbb::parallel_for(std::size_t{0}, open.size(), [&](std::size_t n) {
-      if (open[n])
-        sum.add(survey_->take(field_.leaves[n].origin, voxels.leaves[n], voxels.active[n]));
-    });
-    return sum.total();
+    return vdb::survey_leaves(
+        *survey_, voxels.leaves.size(), tiles, field_.active_voxels, each, [&](std::size_t n) {
+          return survey_->take(field_.leaves[n].origin, voxels.leaves[n], voxels.active[n]);
+        });
   }
 
   /// Whether leaves' values are more than is to be kept in memory. Throws Error(memory) if they are
@@ -200,16 +191,15 @@ class Reading {
       for (std::size_t i = 0; i < some; ++i, ++n)
         voxels.leaves.push_back(values.get() + i * length);
     }
-    return survey_leaves(voxels, leaf_survey(options_.role == GridRole::data),
-                         [&](const auto& look) {
-                           grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
-                             float* const to = voxels.leaves[n];
-                             leaf.copy_to(to);
-                             voxels.active[n] = leaf.active();
-                             field_.leaves[n] = {grid_.topology().leaves[n], to};
-                             look(n, leaf.active());
-                           });
-                         });
+    return survey_leaves(voxels, [&](const auto& look) {
+      grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+        float* const to = voxels.leaves[n];
+        leaf.copy_to(to);
+        voxels.active[n] = leaf.active();
+        field_.leaves[n] = {grid_.topology().leaves[n], to};
+        look(n, to);
+      });
+    });
   }
 
   /// Takes what OpenVDB makes of a level set or a frustum.
@@ -224,11 +214,10 @@ class Reading {
     voxels = std::move(made.voxels);
     for (std::size_t n = 0; n < made.origins.size(); ++n)
       field_.leaves.push_back({made.origins[n], voxels.leaves[n]});
-    return survey_leaves(voxels, leaf_survey(options_.role == GridRole::data),
-                         [&](const auto& look) {
-                           tbb::parallel_for(std::size_t{0}, made.origins.size(),
-                                             [&](std::size_t n) { look(n, voxels.active[n]); });
-                         });
+    return survey_leaves(voxels, [&](const auto& look) {
+      tbb::parallel_for(std::size_t{0}, made.origins.size(),
+                        [&](std::size_t n) { look(n, voxels.leaves[n]); });
+    });
   }
 
   /// Sets tiles. Returns what is found in them; +Inf stays.
@@ -258,18 +247,48 @@ class Reading {
       });
     }
     if (options_.role == GridRole::data) field_.active_range = survey.active.range(largest);
-    find_percentiles(field_, voxels, options_);
+    const auto each_leaf = [&](const auto& take) {
+      for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
+        take(voxels.leaves[n], voxels.active[n]);
+    };
+    find_percentiles(field_, each_leaf, voxels.tiles, options_);
   }
 
-  /// Leaves the values of leaves where they are, for the caller to survey.
-  void leave_in_file() {
+  /// Surveys leaves and keeps no value of them.
+  Field leave_in_file() {
+    add_class_notices();
     if (options_.memory)
       file_.file().keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
     survey_ = leaf_survey(/*ranges=*/true);
-    field_.survey = take_tiles(grid_.topology().tiles);
     for (const glm::ivec3& origin : grid_.topology().leaves)
       field_.leaves.push_back({origin, nullptr});
-    field_.reader = grid_.stored_leaves(*survey_, subject_);
+    if (!options_.survey) return std::move(field_);
+    SurveySum sum;
+    grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
+      LeafOfFloats values;
+      leaf.copy_to(values.data());
+      sum.add(survey_->take(field_.leaves[n].origin, values.data(), leaf.active()));
+    });
+    ValueSurvey all = sum.total() + take_tiles(grid_.topology().tiles);
+    const float largest = settle(field_, all, options_, subject_);
+    all.all.add(0);
+    field_.stored_range = all.all.range(largest);
+    field_.active_range =
+        (options_.role == GridRole::data ? all.active : all.in_box).range(largest);
+    const auto each_leaf = [&](const auto& take) {
+      std::mutex mutex;
+      const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
+      grid_.each_leaf([&](std::size_t, const DecodedLeaf& leaf) {
+        LeafOfFloats values;
+        leaf.copy_to(values.data());
+        survey_->clean(values.data());
+        replace_infinite(values.data(), length, largest);
+        const std::lock_guard lock(mutex);
+        take(values.data(), leaf.active());
+      });
+    };
+    find_percentiles(field_, each_leaf, grid_.topology().tiles, options_);
+    return std::move(field_);
   }
 
   const ReadOptions& options_;
@@ -285,6 +304,28 @@ class Reading {
 
 Field read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options) {
   return Reading(file, entry, options).read();
+}
+
+std::unique_ptr<FileGrid> open_stored(GridFile& file, const GridEntry& entry,
+                                      const ReadOptions& options) {
+  std::unique_ptr<FileGrid> grid = file.open(entry);
+  if (const auto background = other_background(*grid, options, subject(file.path(), entry.name)))
+    grid->set_background(*background);
+  return grid;
+}
+
+std::vector<float> stored_leaves(FileGrid& grid, const LeavesWish& wish) {
+  if (!grid.why_whole().empty()) throw std::logic_error("a grid that is read whole");
+  const LeafSurvey survey(wish.options, grid.channels(), /*ranges=*/false);
+  const std::size_t floats = kLeafVoxels * std::size_t(grid.channels());
+  std::vector<float> values(wish.numbers.size() * floats);
+  grid.some_leaves(wish.numbers, [&](std::size_t n, const DecodedLeaf& leaf) {
+    float* const to = values.data() + n * floats;
+    leaf.copy_to(to);
+    survey.clean(to);
+    replace_infinite(to, floats, wish.largest);
+  });
+  return values;
 }
 
 }  // namespace psivox::vdb

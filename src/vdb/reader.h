@@ -4,6 +4,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -32,6 +33,14 @@ struct FileFacts {
   std::uint64_t value_bytes = 0;  ///< of all values, unpacked, if the header tells
 };
 
+/// Leaves of a field whose values have stayed in the file.
+struct LeavesWish {
+  std::string grid;
+  ReadOptions options{};  ///< by which the field was read
+  float largest = 0;      ///< in place of +Inf
+  std::vector<std::uint32_t> numbers{};
+};
+
 /// What VdbFile does with an open file; VdbFile documents the functions. They take grids by
 /// GridFacts::name. Several threads may call them.
 class Reader {
@@ -45,7 +54,11 @@ class Reader {
   /// The row of a grid, or of all: "".
   virtual std::vector<GridInfo> info(const std::string& grid, bool values) = 0;
   virtual GridContent content(const std::string& grid) = 0;
+  /// If the values of leaves stay in the file, the leaves have none, and `leaves` reads them.
   virtual Field read(const std::string& grid, const ReadOptions& options) = 0;
+  /// Values of some leaves, one leaf after another. Throws std::logic_error if they do not stay in
+  /// a file.
+  virtual std::vector<float> leaves(const LeavesWish&) { throw std::logic_error("a whole field"); }
 };
 
 /// The item of a reader's list that has this name. Throws Error(input), if the file has changed.

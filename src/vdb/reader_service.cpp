@@ -1,77 +1,53 @@
+#include <array>
 #include <memory>
-#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include "field/leaf_values.h"
 #include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"
 #include "reader.h"
 #include "reading_messages.h"
-#include "survey.h"
 
 namespace psivox {
 namespace vdb {
 namespace {
 
-/// A reader in a guarded process.
-class ReaderService final : public guard::Service {
- public:
-  ReaderService(std::vector<guard::OpenFile> files, Progress progress)
-      : progress_(std::move(progress)) {
-    for (guard::OpenFile& file : files)
-      files_.push_back(
-          std::make_shared<FileBlocks>(std::move(file.path), file.descriptor.release()));
-    files_.resize(2);
+guard::Answer answer_to(const Request& request, Reader& reader) {
+  using What = Request::What;
+  const std::string& grid = request.of.grid;
+  switch (request.what) {
+    case What::facts:
+      return {guard::packed(reader.facts())};
+    case What::info:
+      return {guard::packed(reader.info(grid, request.values))};
+    case What::content:
+      return {guard::packed(reader.content(grid))};
+    case What::leaves:
+      return {guard::packed(reader.leaves(request.of))};
+    case What::data:
+      break;
   }
+  Field field = reader.read(grid, request.of.options);
+  guard::Answer answer{guard::packed(field)};
+  if (!stays_in_file(field)) answer.blocks = shared_values(std::move(field));
+  return answer;
+}
 
-  Answer answer(std::string_view bytes) override {
+/// A reader in a guarded process, of a file and that of values beside it, or null. No byte of the
+/// file is looked at before the first request: by then the process is limited.
+guard::Service serving(std::vector<guard::OpenFile> files, Progress progress) {
+  std::array<std::shared_ptr<FileBlocks>, 2> blocks;
+  for (std::size_t n = 0; n < files.size() && n < blocks.size(); ++n)
+    blocks[n] = std::make_shared<FileBlocks>(files[n].path, files[n].descriptor.release());
+  return [=, reader = std::shared_ptr<Reader>()](std::string_view bytes) mutable {
     Request request;
     guard::unpack(bytes, request);
-    return std::visit([&](const auto& known) { return answer_to(known); }, request);
-  }
-
- private:
-  /// No byte of the file is looked at before the first request: by then the process is limited.
-  Reader& reader() {
-    if (!reader_) reader_ = open_reader(files_[0], files_[1], progress_);
-    return *reader_;
-  }
-
-  Answer answer_to(const FactsRequest&) { return {guard::packed(reader().facts())}; }
-  Answer answer_to(const InfoRequest& request) {
-    return {guard::packed(reader().info(request.grid, request.values))};
-  }
-  Answer answer_to(const ContentRequest& request) {
-    return {guard::packed(reader().content(request.grid))};
-  }
-
-  Answer answer_to(const ReadRequest& request) {
-    FieldFacts facts{.field = reader().read(request.grid, request.options)};
-    leaves_ = facts.field.reader;
-    channels_ = facts.field.channels;
-    if (leaves_) facts.active_tiles = leaves_->active_tiles();
-    Answer answer{guard::packed(facts)};
-    if (!facts.stored()) answer.blocks = shared_values(std::move(facts.field));
-    return answer;
-  }
-
-  Answer answer_to(const LeavesRequest& request) const {
-    if (!leaves_) throw std::runtime_error("an unknown request");
-    LeavesAnswer answer;
-    answer.values.resize(request.numbers.size() * kLeafVoxels *
-                         static_cast<std::size_t>(channels_) * sizeof(float));
-    answer.survey = leaves_->read(request.numbers, reinterpret_cast<float*>(answer.values.data()),
-                                  request.what);
-    return {guard::packed(answer)};
-  }
-
-  std::vector<std::shared_ptr<FileBlocks>> files_;  ///< and that of values beside it, or null
-  Progress progress_;
-  std::unique_ptr<Reader> reader_;
-  std::shared_ptr<const LeafReader> leaves_;  ///< of the last field, if they stay in the file
-  int channels_ = 0;                          ///< of that field
-};
+    if (!reader) reader = open_reader(blocks[0], blocks[1], progress);
+    return answer_to(request, *reader);
+  };
+}
 
 /// Loads the module for all readers. If that fails, each of them says why.
 void load_module() {
@@ -81,11 +57,7 @@ void load_module() {
   }
 }
 
-constexpr guard::Trade reading{
-    load_module,
-    [](std::vector<guard::OpenFile> files, Progress progress) -> std::unique_ptr<guard::Service> {
-      return std::make_unique<ReaderService>(std::move(files), std::move(progress));
-    }};
+constexpr guard::Trade reading{load_module, serving};
 
 }  // namespace
 }  // namespace vdb

@@ -4,7 +4,6 @@
 
 #include <cstdint>
 #include <string>
-#include <variant>
 #include <vector>
 
 #include "guard/channel.h"
@@ -15,52 +14,12 @@
 
 namespace psivox::vdb {
 
-struct FactsRequest {
-  using Answer = FileFacts;
-  std::string grid{};  ///< always ""
-};
-
-/// As Reader::info.
-struct InfoRequest {
-  using Answer = std::vector<GridInfo>;
-  std::string grid;
-  bool values = false;
-};
-
-struct ContentRequest {
-  using Answer = GridContent;
-  std::string grid;
-};
-
-/// The answer's blocks have the values of the leaves, unless they stay in the file.
-struct ReadRequest {
-  using Answer = struct FieldFacts;
-  std::string grid;
-  ReadOptions options;
-};
-
-struct LeavesAnswer {
-  std::string values;  ///< the bytes of floats
-  ValueSurvey survey{};
-};
-
-/// Asks for leaves of the last field, whose values stay in the file.
-struct LeavesRequest {
-  using Answer = LeavesAnswer;
-  std::string grid{};  ///< always ""
-  std::vector<std::uint32_t> numbers;
-  LeafRead what = LeafRead::data;
-};
-
-using Request = std::variant<FactsRequest, InfoRequest, ContentRequest, ReadRequest, LeavesRequest>;
-
-/// A Field without values of leaves.
-struct FieldFacts {
-  Field field;
-  std::vector<TileValue> active_tiles{};  ///< if stored
-
-  /// Whether the values of leaves stay in the file.
-  bool stored() const { return field.survey.has_value(); }
+/// Asks for one function of a Reader, with its arguments.
+struct Request {
+  enum class What { facts, info, content, leaves, data };  ///< data: a field
+  What what = What::facts;
+  LeavesWish of{};      ///< grid, and what else `what` takes
+  bool values = false;  ///< as Reader::info
 };
 
 /// Copies the values of a field's leaves to shared memory, in blocks of the same number of leaves.
@@ -70,34 +29,14 @@ std::vector<guard::Descriptor> shared_values(Field&& field);
 /// blocks do not have what the leaves need.
 void take_values(Field& field, const std::vector<guard::SealedMemory>& blocks);
 
-/// Throws std::runtime_error if the field cannot have been read under this role: its values or
-/// places break the rules of field.h. A process that a file has taken over could send such a field.
-void check_field(const FieldFacts& facts, GridRole role);
+/// Throws std::runtime_error if the field cannot have been read like this: its values or places
+/// break the rules of field.h. A process that a file has taken over could send such a field.
+void check_field(const Field& field, const ReadOptions& options);
 
-/// Whether values can have been found like this.
-bool is_possible(const ValueSurvey& survey);
-
-PSIVOX_PACK(FactsRequest, grid)
-PSIVOX_PACK(InfoRequest, grid, values)
-PSIVOX_PACK(ContentRequest, grid)
+PSIVOX_PACK(LeavesWish, grid, options, largest, numbers)
+PSIVOX_PACK(Request, what, of, values)
 PSIVOX_PACK(GridFacts, name, base_name, channels, value_type, grid_class, place)
 PSIVOX_PACK(FileFacts, grids, metadata, z_up, lost, value_bytes)
-PSIVOX_PACK(ReadRequest, grid, options)
-PSIVOX_PACK(LeavesRequest, grid, numbers, what)
-PSIVOX_PACK(LeavesAnswer, values, survey)
-
-inline void describe(guard::Codec& codec, FieldFacts& facts) {
-  auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
-         active_range, stored_range, percentiles, width, scale, leaves, tiles, array, storage,
-         reader, survey, replaced, notices] = facts.field;
-  std::vector<glm::ivec3> origins;
-  for (const Leaf& leaf : leaves) origins.push_back(leaf.origin);
-  codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
-        active_range, stored_range, percentiles, width, survey, replaced, notices);
-  codec(origins, tiles, facts.active_tiles);
-  leaves.resize(origins.size());
-  for (std::size_t n = 0; n < origins.size(); ++n) leaves[n].origin = origins[n];
-}
 
 }  // namespace psivox::vdb
 
@@ -110,14 +49,27 @@ PSIVOX_PACK(GridInfo, name, type, value_type, grid_class, channels, half, active
 PSIVOX_PACK(GridContent, active_voxels, nothing)
 PSIVOX_PACK(GridPlace, voxels, known, world_min, world_max, voxel_size, domain)
 PSIVOX_PACK(ReadOptions, role, strict, distances, absent, fill, fill_value, empty, active,
-            background, percentiles, memory, in_file)
+            background, percentiles, memory, in_file, survey)
 PSIVOX_PACK(Fill, low, high, given)
 PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, filled, clamped, largest, least,
             least_fill, fill, absent)
-PSIVOX_PACK(Extent, min, max, infinite)
-PSIVOX_PACK(ValueSurvey, bad, largest, all, active, in_box)
-PSIVOX_PACK(TileValue, value, voxels)
 PSIVOX_PACK(Tile, origin, width, value)
 PSIVOX_PACK(Box, min, max)
+
+inline void describe(guard::Codec& codec, FieldHead& head) {
+  auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
+         active_range, stored_range, percentiles, width, scale, replaced, notices] = head;
+  codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
+        active_range, stored_range, percentiles, width, replaced, notices);
+}
+
+/// Without values of leaves.
+inline void describe(guard::Codec& codec, Field& field) {
+  std::vector<glm::ivec3> origins;
+  for (const Leaf& leaf : field.leaves) origins.push_back(leaf.origin);
+  codec(static_cast<FieldHead&>(field), origins, field.tiles);
+  field.leaves.resize(origins.size());
+  for (std::size_t n = 0; n < origins.size(); ++n) field.leaves[n].origin = origins[n];
+}
 
 }  // namespace psivox

@@ -88,8 +88,7 @@ void check_range(const std::optional<glm::vec2>& range) {
 
 void check_values(const Field& field, GridRole role, bool stored) {
   for (const Tile& tile : field.tiles)
-    require(all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role,
-                     /*infinite=*/stored, field.absent),
+    require(all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role, field.absent),
             bad_values);
   if (stored) return;
   std::atomic<bool> good = true;
@@ -98,7 +97,7 @@ void check_values(const Field& field, GridRole role, bool stored) {
         for (std::size_t n = range.begin(); n != range.end(); ++n)
           if (!all_good(
                   {field.leaves[n].values, kLeafVoxels * static_cast<std::size_t>(field.channels)},
-                  role, /*infinite=*/false, field.absent))
+                  role, field.absent))
             good = false;
       });
   require(good, bad_values);
@@ -144,15 +143,9 @@ void take_values(Field& field, const std::vector<guard::SealedMemory>& blocks) {
   field.storage = Storage(std::move(maps), at_once);
 }
 
-bool is_possible(const ValueSurvey& survey) {
-  if (!std::isfinite(survey.largest) || survey.largest < 0) return false;
-  for (const Extent& extent : {survey.all, survey.active, survey.in_box})
-    if (std::isnan(extent.min) || std::isnan(extent.max)) return false;
-  return true;
-}
-
-void check_field(const FieldFacts& facts, GridRole role) {
-  const Field& field = facts.field;
+void check_field(const Field& field, const ReadOptions& options) {
+  const bool stored = stays_in_file(field);
+  require(!stored || options.memory > 0 || options.in_file, "no values");
   require(field.channels == 1 || field.channels == 3, "an impossible number of channels");
   require(!field.active_box.empty() && !too_large(field.active_box), "an impossible box");
   const glm::ivec3 size = field.domain().max - field.domain().min;
@@ -164,11 +157,10 @@ void check_field(const FieldFacts& facts, GridRole role) {
   require(std::isfinite(field.replaced.least), "an impossible least value");
   check_range(field.active_range);
   check_range(field.stored_range);
-  require(!field.survey || is_possible(*field.survey), "an impossible survey");
   for (const auto& [percent, value] : field.active_percentiles)
     require(std::isfinite(percent) && !std::isnan(value), "an impossible percentile");
   check_places(field);
-  check_values(field, role, facts.stored());
+  check_values(field, options.role, stored);
 }
 
 }  // namespace psivox::vdb

@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <cstdlib>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 
 #include "base/text.h"
+#include "field/index_space.h"
 #include "field/lane_range.h"
 #include "field/leaf_values.h"
 #include "psivox/error.h"
@@ -179,10 +181,12 @@ void replace_infinite(float* values, std::size_t count, float largest) {
     if (values[i] > largest) values[i] = largest;
 }
 
-bool all_good(std::span<const float> values, GridRole role, bool infinite, bool absent) {
-  const float lo = smallest_good(role), hi = infinite ? HUGE_VALF : greatest_magnitude;
-  const auto good = [&](float v) { return (v >= lo && v <= hi) || (absent && std::isnan(v)); };
-  if (infinite || absent) return std::ranges::all_of(values, good);
+bool all_good(std::span<const float> values, GridRole role, bool absent) {
+  const float lo = smallest_good(role);
+  const auto good = [&](float v) {
+    return (v >= lo && v <= greatest_magnitude) || (absent && std::isnan(v));
+  };
+  if (absent) return std::ranges::all_of(values, good);
   while (values.size() >= kLeafVoxels) {
     if (has_bad_value(values.data(), lo)) return false;
     values = values.subspan(kLeafVoxels);
@@ -231,6 +235,14 @@ std::optional<ValueStatistics> Statistics::all() const {
                          not_finite,
                          std::uint64_t(filled.voxels),
                          filled.voxels > 0 ? filled.least : 0};
+}
+
+void set_linear(const glm::dmat4& world_from_index, GridInfo& info) {
+  info.world_from_index = world_from_index;
+  for (int axis = 0; axis < 3; ++axis)
+    info.voxel_size[axis] = glm::length(glm::dvec3(world_from_index[axis]));
+  if (!info.active_box.empty())
+    std::tie(info.world_min, info.world_max) = bounds_of(info.active_box, world_from_index);
 }
 
 GridContent content_of(std::uint64_t active_voxels, bool has_value) {
@@ -344,17 +356,6 @@ std::string BadValues::describe() const {
     parts.push_back(std::to_string(clamped) + several(clamped) +
                     formatted(" beyond %g taken as that", double(greatest_magnitude)));
   return joined(parts, "; ");
-}
-
-float take_survey(Field& field, const ValueSurvey& of_leaves, const ReadOptions& options,
-                  const std::string& subject) {
-  ValueSurvey all = of_leaves + *field.survey;
-  const float largest = vdb::settle(field, all, options, subject);
-  all.all.add(0);
-  field.stored_range = all.all.range(largest);
-  field.active_range = (options.role == GridRole::data ? all.active : all.in_box).range(largest);
-  field.survey.reset();
-  return largest;
 }
 
 }  // namespace psivox

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <tbb/combinable.h>
+#include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <array>
@@ -18,11 +19,54 @@
 #include "psivox/field.h"
 #include "psivox/vdb.h"
 
-// One survey judges the values of every grid: from a file, in memory, or left in the file.
+// One survey judges the values of every grid.
 
 namespace psivox::vdb {
 
 inline constexpr std::size_t kLeafVoxels = 512;
+
+/// Active voxels of one value, outside leaves.
+struct TileValue {
+  float value = 0;
+  std::uint64_t voxels = 0;
+};
+
+/// Least and greatest of some values; +Inf, whose replacement is found last, is only noted.
+struct Extent {
+  float min = std::numeric_limits<float>::infinity();
+  float max = -std::numeric_limits<float>::infinity();
+  bool infinite = false;
+
+  void add(float value) {
+    if (std::isinf(value)) {
+      infinite = true;
+      return;
+    }
+    min = std::min(min, value);
+    max = std::max(max, value);
+  }
+  glm::vec2 range(float largest) const {
+    if (!infinite) return {min, max};
+    return {std::min(min, largest), std::max(max, largest)};
+  }
+  Extent operator+(const Extent& other) const {
+    return {std::min(min, other.min), std::max(max, other.max), infinite || other.infinite};
+  }
+};
+
+/// What one pass over values of a grid finds out. Those of its parts add up.
+struct ValueSurvey {
+  BadValues bad;
+  float largest = 0;  ///< finite value of any channel
+  Extent all;         ///< first channel
+  Extent active;      ///< of active voxels
+  Extent in_box;      ///< of voxels in the box of active ones
+
+  ValueSurvey operator+(const ValueSurvey& other) const {
+    return {bad + other.bad, std::max(largest, other.largest), all + other.all,
+            active + other.active, in_box + other.in_box};
+  }
+};
 
 /// The active voxels of a leaf: a bit for each voxel, in OpenVDB's order.
 struct LeafMask {
@@ -54,10 +98,8 @@ void each_on(const LeafMask& active, const Visit& visit) {
 /// Smallest value that stays.
 float smallest_good(GridRole role);
 
-/// Whether a survey would leave the values as they are; `infinite`: +Inf counts as good, `absent`:
-/// NaN does.
-bool all_good(std::span<const float> values, GridRole role, bool infinite = false,
-              bool absent = false);
+/// Whether a survey would leave the values as they are; `absent`: NaN counts as good.
+bool all_good(std::span<const float> values, GridRole role, bool absent = false);
 
 /// Judges leaves of 512 * channels values. Several threads may use it.
 class LeafSurvey {
@@ -76,7 +118,6 @@ class LeafSurvey {
   /// Whether a leaf may have fill values, which cannot be known before all such leaves' ends are.
   bool may_hold_fill(const float* values) const;
   ValueEnds ends(const float* values) const;
-  void set_fill(const Fill& fill) { fill_ = fill; }
   const Fill& fill() const { return fill_; }
   /// Whether a leaf has them.
   bool holds_fill(const float* values) const;
@@ -121,6 +162,28 @@ class SumOf {
   tbb::combinable<Found> found_;
 };
 using SurveySum = SumOf<ValueSurvey>;
+
+/// Surveys so many leaves of a grid of `voxels` active ones. each(look) calls look(n, values) for
+/// each leaf, take(n) surveys one; where fill values may be, after all have been looked at.
+ValueSurvey survey_leaves(LeafSurvey& survey, std::size_t leaves,
+                          const std::vector<TileValue>& tiles, std::uint64_t voxels,
+                          const auto& each, const auto& take) {
+  std::vector<char> open(leaves);
+  SurveySum sum;
+  SumOf<ValueEnds> ends;
+  each([&](std::size_t n, const float* values) {
+    open[n] = survey.may_hold_fill(values);
+    if (open[n])
+      ends.add(survey.ends(values));
+    else
+      sum.add(take(n));
+  });
+  survey.find_fill(ends.total(), sum.total(), tiles, voxels);
+  tbb::parallel_for(std::size_t{0}, leaves, [&](std::size_t n) {
+    if (open[n]) sum.add(take(n));
+  });
+  return sum.total();
+}
 
 /// Surveys a field's tiles, as `take` does a leaf, but for active voxels. Tiles of 0 go, unless
 /// `keep_zeros`.
@@ -167,6 +230,9 @@ struct Statistics {
   }
   std::optional<ValueStatistics> all() const;  ///< unset: no value was finite
 };
+
+/// Sets the place of a grid whose active box is set.
+void set_linear(const glm::dmat4& world_from_index, GridInfo& info);
 
 /// What a picture could be made of a grid with so many active voxels, some of which are not 0.
 GridContent content_of(std::uint64_t active_voxels, bool has_value);

@@ -5,10 +5,10 @@
 #include <functional>
 #include <glm/vec3.hpp>
 #include <optional>
-#include <tuple>
 #include <type_traits>
 #include <vector>
 
+#include "field/index_space.h"
 #include "psivox/field.h"
 #include "survey.h"
 
@@ -39,22 +39,12 @@ struct TilePart {
 /// A grid's tree without values of leaves.
 struct Topology {
   std::vector<glm::ivec3> leaves;  ///< their origins, in the tree's order
-  std::vector<LeafMask> masks;     ///< of each leaf, if wanted
+  std::vector<LeafMask> masks;     ///< of each leaf
   /// Tiles of the root first, then those 128 voxels wide, then those 8 voxels wide, without
   /// inactive tiles of the background's value.
   std::vector<TilePart> tiles;
   GridSummary summary;
 };
-
-struct TopologyWish {
-  bool masks = false;
-  std::optional<double> background = {};  ///< inactive tiles of the background have this value
-};
-
-/// Whether a voxel comes before another in OpenVDB's order.
-inline bool comes_before(const glm::ivec3& a, const glm::ivec3& b) {
-  return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
-}
 
 /// A leaf of a grid of any type.
 class DecodedLeaf {

@@ -11,6 +11,7 @@
 
 #include "base/file_blocks.h"
 #include "base/text.h"
+#include "field/leaf_values.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -36,9 +37,23 @@ struct VdbFile::Impl {
   std::string path() const { return file ? file->path() : "grids in memory"; }
 
   Field read(const std::string& grid, const ReadOptions& options) {
-    if (frame.empty()) return reader->read(grid, options);
+    if (frame.empty()) return with_leaves(grid, options, reader->read(grid, options));
     const vdb::Turn turn(*shared, progress);
     return reader->read(grid, options);
+  }
+
+  /// A field whose values may have stayed in the file, with what reads them.
+  Field with_leaves(const std::string& grid, const ReadOptions& options, Field field) const {
+    if (field.reader || !stays_in_file(field)) return field;
+    field.reader = [from = reader, wish = vdb::LeavesWish{grid, options}](
+                       const FieldHead& head, std::span<const std::uint32_t> numbers,
+                       float* values) {
+      vdb::LeavesWish some = wish;
+      some.largest = head.replaced.positive_infinite > 0 ? head.replaced.largest : HUGE_VALF;
+      some.numbers.assign(numbers.begin(), numbers.end());
+      std::ranges::copy(from->leaves(some), values);
+    };
+    return field;
   }
 
   std::shared_ptr<vdb::SharedReader> shared;  ///< null: no file

@@ -125,7 +125,7 @@ void read_picture(std::string_view bytes) {
   read_image(path);
 }
 
-/// As one of several ranks does: values stay in the file, whose metadata have their places.
+/// As one of several ranks does: values stay in the file.
 void read_in_file(const VdbFile& file) {
   const Field field = file.read(file.default_grid(), {.in_file = true});
   if (!field.reader) return;
@@ -134,8 +134,8 @@ void read_in_file(const VdbFile& file) {
   std::vector<std::uint32_t> leaves(field.leaves.size());
   std::iota(leaves.begin(), leaves.end(), 0);
   for (std::size_t n = 0; n < leaves.size(); n += at_once)
-    field.reader->read(std::span(leaves).subspan(n, std::min(at_once, leaves.size() - n)),
-                       values.data(), LeafRead::survey);
+    field.reader(field, std::span(leaves).subspan(n, std::min(at_once, leaves.size() - n)),
+                 values.data());
 }
 
 void read_volume(std::string_view bytes) {
@@ -146,8 +146,8 @@ void read_volume(std::string_view bytes) {
   } catch (const Error&) {
   }
   const Field field = file.read(file.default_grid());
-  const AtlasOptions limited{.memory_limit = 64 << 20};
-  build_atlas(field, limited);
+  constexpr std::uint64_t most = 64 << 20;
+  if (predict_atlas(field).bytes() <= most) build_atlas(field);
   Scene scene;
   scene.resolution = {1, 1};
   scene.extinction = 1.0;
