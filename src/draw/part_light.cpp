@@ -141,6 +141,7 @@ LightLayer layer_from(int slab, std::span<const glm::ivec3> bricks, const Box& p
 /// The lattices of lights along one axis, from one side, on their way through all parts of a
 /// volume. Each layer of this member's bricks is uploaded once, and what it hides of the blocks of
 /// all members is sent, some slabs at a time, as float32. The depths add up in the order of ranks.
+/// A team passes one beam at a time.
 class PartLattices {
  public:
   /// What a member needs for it.
@@ -211,25 +212,22 @@ class PartLattices {
 
   void give(std::size_t beam, std::size_t block, std::span<const double> depths) {
     if (needs_.team.size() == 1) return take_(beam, block, depths);
-    const auto member =
-        std::upper_bound(firsts_.begin(), firsts_.end(), block) - firsts_.begin() - 1;
-    const std::size_t number = block - firsts_[std::size_t(member)];
-    outbox_.add(std::size_t(member), beam * own_.size() + number, depths);
+    const auto member = std::upper_bound(firsts_.begin(), firsts_.end(), block) - firsts_.begin();
+    const auto rank = std::size_t(member - 1);
+    outbox_.add(rank, block - firsts_[rank], depths);
   }
 
-  /// Adds up what all members' parts hide of this one's blocks in some slabs.
+  /// Adds up what all members' parts hide of this one's blocks in some slabs, for the only beam.
   void join(int first, int last) {
     std::map<std::size_t, std::array<double, 512>> sums;
     for (std::size_t i = 0; i < own_.size(); ++i)
       if (const int slab = frames_.front().slab(own_[i]); slab >= first && slab <= last)
-        for (std::size_t beam = 0; beam < runs_.size(); ++beam) sums[beam * own_.size() + i] = {};
+        sums[i] = {};
     for (const auto& message : outbox_.exchange(needs_.team))
-      for (const SentBlock& sent : message) {
-        std::array<double, 512>& sum = sums.at(sent.number);
-        for (std::size_t i = 0; i < 512; ++i) sum[i] += double(sent.depths[i]);
-      }
-    for (const auto& [number, depths] : sums)
-      take_(number / own_.size(), number % own_.size(), depths);
+      for (const SentBlock& sent : message)
+        std::ranges::transform(sums.at(sent.number), sent.depths, sums.at(sent.number).begin(),
+                               [](double sum, float depth) { return sum + double(depth); });
+    for (const auto& [block, depths] : sums) take_(0, block, depths);
   }
 
   const Needs& needs_;
