@@ -354,8 +354,8 @@ ExactDepths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas
 }
 
 CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
-  return [this, atlas](const View& view, std::span<const glm::dvec2> places, double most) {
-    if (atlas) return crossed_cells(view, *atlas, places, most);
+  return [this, atlas](const View& view, std::span<const glm::dvec2> places) {
+    if (atlas) return crossed_cells(view, *atlas, places);
     struct Sent {
       std::uint32_t ray;
       Crossed cell;
@@ -363,7 +363,7 @@ CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
     std::vector<Sent> own;
     for (const Region& region : split_.own.all()) {
       upload_dark(view, region.bricks);
-      const auto cells = crossed_cells(view, dark_, places, most);
+      const auto cells = crossed_cells(view, dark_, places);
       for (std::size_t ray = 0; ray < cells.size(); ++ray)
         for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
     }
