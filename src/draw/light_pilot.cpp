@@ -23,9 +23,6 @@ constexpr double most_light_rays = 400, some_light_rays = 144, fewest_light_rays
 /// Rays from which those are drawn.
 constexpr double drawn_from = 576;
 
-/// What lies behind this optical depth is not looked at.
-constexpr double most_depth = 14;
-
 /// Numbers from 0 to 1, the same ones each time.
 class Uniform {
  public:
@@ -78,10 +75,9 @@ ExactDepths MediumDepths::exact(const View& seen, std::size_t volume) const {
 }
 
 std::vector<std::vector<Crossed>> MediumDepths::crossed(std::size_t volume, const View& seen,
-                                                        std::span<const glm::dvec2> places,
-                                                        double most) const {
-  if (volumes_) return crossed_cells(seen, volumes_->atlas(volume), places, most);
-  return source_.crossed(seen, places, most);
+                                                        std::span<const glm::dvec2> places) const {
+  if (volumes_) return crossed_cells(seen, volumes_->atlas(volume), places);
+  return source_.crossed(seen, places);
 }
 
 BeamsOn beams_of(const std::vector<Beam>& beams) {
@@ -118,7 +114,7 @@ void VolumePilot::place_points(double rays) {
       const double v = y + uniform(), u = x + uniform();
       places.emplace_back(u, v);
     }
-  cells_ = depths_.crossed(volume_, small, places, most_depth);
+  cells_ = depths_.crossed(volume_, small, places);
 
   std::vector<double> weights;
   for (const std::vector<Crossed>& cells : cells_)
@@ -197,12 +193,16 @@ double VolumePilot::mean_cells(double termination) const {
   const double stop = -std::log(termination);
   double sum = 0, weight = 0;
   Uniform uniform;
+  const double voxel = finest_voxel(*view_.medium.density);
   for (const std::vector<Crossed>& cells : cells_) {
     const auto count = double(cells.size());
     double depth = 0;
     for (auto k = std::ptrdiff_t(uniform() * count); k >= 0 && depth < stop && count > 0; --k) {
-      depth += cells[std::size_t(k)].depth;
-      sum += count;
+      const Crossed& cell = cells[std::size_t(k)];
+      // a run of one value counts by its length, as far as a ray sees in it
+      const double seen = std::min(1.0, (stop - depth) / cell.depth);
+      sum += count * std::max(1.0, seen * (cell.back - cell.front) / voxel);
+      depth += cell.depth;
     }
     weight += count;
   }

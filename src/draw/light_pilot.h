@@ -41,7 +41,7 @@ using ExactDepths =
 
 /// What rays of a view cross of its first volume (crossed_cells in march_double.h).
 using CrossedCells = std::function<std::vector<std::vector<Crossed>>(
-    const View& view, std::span<const glm::dvec2> places, double most)>;
+    const View& view, std::span<const glm::dvec2> places)>;
 
 /// Where optical depths towards lights come from: through the atlas of the whole, or part by part.
 /// Of several volumes those of a marcher are through the first alone.
@@ -67,7 +67,7 @@ class MediumDepths {
   ExactDepths exact(const View& seen, std::size_t volume) const;
   /// What rays cross of a volume, the first that is seen.
   std::vector<std::vector<Crossed>> crossed(std::size_t volume, const View& seen,
-                                            std::span<const glm::dvec2> places, double most) const;
+                                            std::span<const glm::dvec2> places) const;
   const LightShare& share() const { return source_.share; }
   std::size_t volumes() const { return 1 + view_.medium.others.size(); }
 

@@ -54,7 +54,6 @@ class Outbox {
     std::ranges::copy(
         depths, messages_[to].emplace_back(SentBlock{std::uint32_t(number), {}}).depths.begin());
   }
-  std::vector<SentBlock>& of(std::size_t member) { return messages_[member]; }
   /// Sends all. Returns what each member sends to this one.
   std::vector<std::vector<SentBlock>> exchange(Team& team) {
     auto received = team.exchange(messages_);
@@ -66,43 +65,6 @@ class Outbox {
   std::mutex adding_;
   std::vector<std::vector<SentBlock>> messages_;
 };
-
-/// Sends a message to one member. Returns what another sends to this one.
-template <typename T>
-std::vector<T> pass_on(Team& team, std::vector<T> message, int to, int from) {
-  std::vector<std::vector<T>> all(std::size_t(team.size()));
-  all[std::size_t(to)] = std::move(message);
-  return std::move(team.exchange(all)[std::size_t(from)]);
-}
-
-/// Optical depths through a volume of which each member has a part; `own` gives the depths through
-/// this member's. Each computes them for the voxels that the others want and sends them, as
-/// float32; they add up, in an order that only the number of members decides.
-BeamDepths joined(Team& team, LightDepths own) {
-  return [&team, own = std::move(own)](const Beam& beam, LightBlocks blocks, const TakeDepths& take,
-                                       const Progress& progress) {
-    const std::vector<glm::ivec3> places(blocks.begin(), blocks.end());
-    std::vector<double> sums(512 * places.size());
-    const int size = team.size(), rank = team.rank();
-    // in each turn all work, each for another
-    for (int turn = 0; turn < size; ++turn) {
-      const int served = (rank + turn) % size, serving = (rank + size - turn) % size;
-      const auto theirs = pass_on(team, places, serving, served);
-      Outbox found(1);
-      own(
-          {&beam, 1}, theirs,
-          [&](std::size_t, std::size_t block, auto depths) { found.add(0, block, depths); },
-          [&](double done) {
-            if (progress) progress((turn + done) / size);
-          });
-      for (const SentBlock& block : pass_on(team, std::move(found.of(0)), served, serving))
-        for (std::size_t i = 0; i < 512; ++i)
-          sums[512 * std::size_t(block.number) + i] += double(block.depths[i]);
-    }
-    for (std::size_t i = 0; i < places.size(); ++i)
-      take(i, std::span<const double>(sums).subspan(512 * i, 512));
-  };
-}
 
 /// A layer of bricks across a light's axis: slabs up to `last`, and the bricks on whose faces the
 /// first slab's steps begin. One box, unless a slab has too many bricks.
@@ -141,6 +103,7 @@ LightLayer layer_from(int slab, std::span<const glm::ivec3> bricks, const Box& p
 /// The lattices of lights along one axis, from one side, on their way through all parts of a
 /// volume. Each layer of this member's bricks is uploaded once, and what it hides of the blocks of
 /// all members is sent, some slabs at a time, as float32. The depths add up in the order of ranks.
+/// A team passes one beam at a time.
 class PartLattices {
  public:
   /// What a member needs for it.
@@ -211,25 +174,22 @@ class PartLattices {
 
   void give(std::size_t beam, std::size_t block, std::span<const double> depths) {
     if (needs_.team.size() == 1) return take_(beam, block, depths);
-    const auto member =
-        std::upper_bound(firsts_.begin(), firsts_.end(), block) - firsts_.begin() - 1;
-    const std::size_t number = block - firsts_[std::size_t(member)];
-    outbox_.add(std::size_t(member), beam * own_.size() + number, depths);
+    const auto member = std::upper_bound(firsts_.begin(), firsts_.end(), block) - firsts_.begin();
+    const auto rank = std::size_t(member - 1);
+    outbox_.add(rank, block - firsts_[rank], depths);
   }
 
-  /// Adds up what all members' parts hide of this one's blocks in some slabs.
+  /// Adds up what all members' parts hide of this one's blocks in some slabs, for the only beam.
   void join(int first, int last) {
     std::map<std::size_t, std::array<double, 512>> sums;
     for (std::size_t i = 0; i < own_.size(); ++i)
       if (const int slab = frames_.front().slab(own_[i]); slab >= first && slab <= last)
-        for (std::size_t beam = 0; beam < runs_.size(); ++beam) sums[beam * own_.size() + i] = {};
+        sums[i] = {};
     for (const auto& message : outbox_.exchange(needs_.team))
-      for (const SentBlock& sent : message) {
-        std::array<double, 512>& sum = sums.at(sent.number);
-        for (std::size_t i = 0; i < 512; ++i) sum[i] += double(sent.depths[i]);
-      }
-    for (const auto& [number, depths] : sums)
-      take_(number / own_.size(), number % own_.size(), depths);
+      for (const SentBlock& sent : message)
+        std::ranges::transform(sums.at(sent.number), sent.depths, sums.at(sent.number).begin(),
+                               [](double sum, float depth) { return sum + double(depth); });
+    for (const auto& [block, depths] : sums) take_(0, block, depths);
   }
 
   const Needs& needs_;
@@ -270,47 +230,63 @@ LightDepths PartMarcher::light_depths(const View& view) {
 }
 
 LightDepths PartMarcher::depths_by_rays(const View& view) {
-  const LightDepths own = [this, &view](std::span<const Beam> beams, LightBlocks blocks,
-                                        const TakeLight& take, const Progress& progress) {
-    sum_rays(view, beams, blocks, take, progress);
-  };
-  return team_.size() == 1 ? own : one_by_one(joined(team_, own));
+  return one_by_one([this, &view](const Beam& beam, LightBlocks blocks, const TakeDepths& take,
+                                  const Progress& progress) {
+    // sums of depths take no more than a region's texels
+    const auto members = std::size_t(team_.size());
+    const std::size_t at_once = std::max<std::size_t>(most_bricks() / members, 256);
+    const std::size_t chunks =
+        std::ranges::max(team_.gather((blocks.size() + at_once - 1) / at_once));
+    for (std::size_t chunk = 0; chunk < chunks; ++chunk) {
+      const std::size_t first = std::min(chunk * at_once, blocks.size());
+      const LightBlocks own = blocks.subspan(first, std::min(at_once, blocks.size() - first));
+      std::vector<glm::ivec3> places;  // of all members
+      std::vector<std::vector<float>> messages(members);
+      for (std::size_t rank = 0;
+           const auto& some : team_.gather(std::vector(own.begin(), own.end()))) {
+        places.insert(places.end(), some.begin(), some.end());
+        messages[rank++].resize(512 * some.size());
+      }
+      std::vector<double> sums = sum_rays(view, beam, places, [&](double done) {
+        if (progress) progress((double(chunk) + done) / double(chunks));
+      });
+      if (members > 1) {
+        const double* from = sums.data();
+        for (std::vector<float>& message : messages)
+          for (float& depth : message) depth = float(*from++);
+        sums.assign(512 * own.size(), 0.0);
+        for (const std::vector<float>& message : team_.exchange(messages))
+          for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += double(message[i]);
+      }
+      for (std::size_t i = 0; i < own.size(); ++i)
+        take(first + i, std::span<const double>(sums).subspan(512 * i, 512));
+    }
+  });
 }
 
-void PartMarcher::sum_rays(const View& view, std::span<const Beam> beams, LightBlocks blocks,
-                           const TakeLight& take, const Progress& progress) {
+std::vector<double> PartMarcher::sum_rays(const View& view, const Beam& beam, LightBlocks blocks,
+                                          const Progress& progress) {
+  const glm::dvec3 towards =
+      glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beam.direction;
   const std::vector<Region> regions = split_.own.all();
-  // sums of depths take no more than a region's texels
-  const std::size_t at_once = std::max<std::size_t>(most_bricks(), 256);
-  double done = 0;
-  for (std::size_t beam = 0; beam < beams.size(); ++beam) {
-    const glm::dvec3 towards =
-        glm::inverse(glm::dmat3(view.medium.density->world_from_index)) * -beams[beam].direction;
-    for (std::size_t first = 0; first < blocks.size(); first += at_once) {
-      const LightBlocks some = blocks.subspan(first, std::min(at_once, blocks.size() - first));
-      std::vector<double> sums(512 * some.size());
-      const double share =
-          double(some.size()) / double(blocks.size() * beams.size() * regions.size());
-      for (const Region& region : regions) {
-        const std::vector<std::size_t> numbers = behind(region.bricks, some, towards);
-        std::vector<glm::ivec3> behind_it;
-        for (const std::size_t number : numbers) behind_it.push_back(some[number]);
-        const TakeLight add = [&](std::size_t, std::size_t block, std::span<const double> depths) {
-          double* sum = sums.data() + 512 * numbers[block];
-          for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
-        };
-        if (!behind_it.empty()) {
-          upload_dark(view, region.bricks);
-          marcher_.light_depths(view)({&beams[beam], 1}, behind_it, add, [&](double part) {
-            if (progress) progress(done + share * part);
-          });
-        }
-        done += share;
-      }
-      for (std::size_t i = 0; i < some.size(); ++i)
-        take(beam, first + i, std::span<const double>(sums).subspan(512 * i, 512));
+  std::vector<double> sums(512 * blocks.size());
+  for (std::size_t done = 0; const Region& region : regions) {
+    const std::vector<std::size_t> numbers = behind(region.bricks, blocks, towards);
+    std::vector<glm::ivec3> behind_it;
+    for (const std::size_t number : numbers) behind_it.push_back(blocks[number]);
+    const TakeLight add = [&](std::size_t, std::size_t block, std::span<const double> depths) {
+      double* sum = sums.data() + 512 * numbers[block];
+      for (std::size_t i = 0; i < depths.size(); ++i) sum[i] += depths[i];
+    };
+    if (!behind_it.empty()) {
+      upload_dark(view, region.bricks);
+      marcher_.light_depths(view)({&beam, 1}, behind_it, add, [&](double part) {
+        progress((double(done) + part) / double(regions.size()));
+      });
     }
+    ++done;
   }
+  return sums;
 }
 
 LightDepths PartMarcher::depths_by_lattices(const View& view) {
@@ -378,8 +354,8 @@ ExactDepths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas
 }
 
 CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
-  return [this, atlas](const View& view, std::span<const glm::dvec2> places, double most) {
-    if (atlas) return crossed_cells(view, *atlas, places, most);
+  return [this, atlas](const View& view, std::span<const glm::dvec2> places) {
+    if (atlas) return crossed_cells(view, *atlas, places);
     struct Sent {
       std::uint32_t ray;
       Crossed cell;
@@ -387,7 +363,7 @@ CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
     std::vector<Sent> own;
     for (const Region& region : split_.own.all()) {
       upload_dark(view, region.bricks);
-      const auto cells = crossed_cells(view, dark_, places, most);
+      const auto cells = crossed_cells(view, dark_, places);
       for (std::size_t ray = 0; ray < cells.size(); ++ray)
         for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
     }

@@ -83,9 +83,9 @@ class PartMarcher {
 
   LightDepths depths_by_rays(const View& view);
   LightDepths depths_by_lattices(const View& view);
-  /// Sums of exact depths over this member's regions.
-  void sum_rays(const View& view, std::span<const Beam> beams, LightBlocks blocks,
-                const TakeLight& take, const Progress& progress);
+  /// Sums of exact depths over this member's regions, 512 a block.
+  std::vector<double> sum_rays(const View& view, const Beam& beam, LightBlocks blocks,
+                               const Progress& progress);
   /// Bricks of the largest region.
   std::size_t most_bricks() const;
   /// Uploads a box of bricks for light, if it is not uploaded.

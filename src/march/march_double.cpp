@@ -189,8 +189,8 @@ RenderResult render_march_double(const View& view, const MediumAtlas& atlas,
 }
 
 std::vector<std::vector<Crossed>> crossed_cells(const View& view, const MediumAtlas& atlas,
-                                                std::span<const glm::dvec2> places, double most) {
-  MarchSetup setup = setup_in_double(depth_march(view, std::exp(-most)), atlas, {});
+                                                std::span<const glm::dvec2> places) {
+  MarchSetup setup = setup_in_double(depth_march(view, 0), atlas, {});
   setup.parameters.sample_offset = glm::dvec2(0);
   std::vector<std::vector<Crossed>> found(places.size());
   for_each(setup, atlas, places.size(), rays_together, {}, [&](AtlasMarch& march, std::size_t i) {
@@ -200,7 +200,6 @@ std::vector<std::vector<Crossed>> crossed_cells(const View& view, const MediumAt
       const AtlasMarch::March& m = ray.state;
       const double depth = m.optical_depth - before.optical_depth;
       if (depth > 0) found[i].push_back({(before.t - camera) * unit, (m.t - camera) * unit, depth});
-      if (m.optical_depth >= most) ray.state.done = true;
     });
   });
   return found;

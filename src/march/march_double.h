@@ -31,10 +31,10 @@ struct Crossed {
   double depth = 0;            ///< optical depth, above 0
 };
 
-/// The cells with attenuation that rays cross through a view's first volume, front to back, up to
-/// an optical depth of `most` or farther. `places` are in pixels of the picture.
+/// The cells with attenuation that rays cross through a view's first volume, front to back.
+/// `places` are in pixels of the picture.
 std::vector<std::vector<Crossed>> crossed_cells(const View& view, const MediumAtlas& atlas,
-                                                std::span<const glm::dvec2> places, double most);
+                                                std::span<const glm::dvec2> places);
 
 /// A deep picture, marched in double: in front of every depth, transmittance and radiance are
 /// within `tolerance` of the march's. Its first layer is what the samples add up to.

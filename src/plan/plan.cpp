@@ -122,7 +122,7 @@ void try_lattices(Trials& trials, Trial& best) {
   std::optional<Trial> found = find_lattice(trials, widest, worst_brick, best);
   if (!found) return;
   const double wider = std::min(widest, 8 * found->method.step);
-  if (wider > worth * found->method.step && trials.marched(*found).brick_steps)
+  if (wider > worth * found->method.step)
     if (const auto other = find_lattice(trials, wider, narrow_brick, *found);
         other && other->cost < found->cost)
       found = other;
