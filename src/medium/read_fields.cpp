@@ -21,7 +21,7 @@ namespace {
 /// Measured; see docs/performance.md.
 constexpr std::uint64_t of_program = 168 << 20, of_pixel = 80;
 /// Grids may always take this much, or the whole limit if that is smaller [bytes].
-constexpr std::uint64_t least = 32 << 20;
+constexpr std::uint64_t least_memory = 32 << 20;
 
 /// The modes in which a volume can be drawn in parts, for a message.
 std::string modes_in_parts() {
@@ -125,7 +125,7 @@ std::uint64_t grid_memory(const Scene& scene) {
   if (limit == 0) return available_memory() / 5 * 4;
   const auto pixels = std::uint64_t(scene.resolution.x) * std::uint64_t(scene.resolution.y);
   const std::uint64_t others = of_program + of_pixel * pixels;
-  return std::max(limit > others ? limit - others : 0, std::min(limit, least));
+  return std::max(limit > others ? limit - others : 0, std::min(limit, least_memory));
 }
 
 MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, const Parts& parts) {

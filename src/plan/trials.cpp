@@ -19,6 +19,9 @@ constexpr double truth_termination = 1.0 / 64;
 /// Rays that are marched before others.
 constexpr std::size_t first_rays = 24;
 
+/// Nothing is worth so many times the exact method's look-ups, even if that misses the tolerance.
+constexpr double hopeless = 64;
+
 /// Rays on which another method's error was worst: how many, and their least error [tolerances].
 constexpr std::size_t most_suspects = 24;
 constexpr double suspect_error = 1;
@@ -178,12 +181,12 @@ double Trials::cost_by(Integrator rule, const Trial& trial) const {
 }
 
 bool Trials::is_slower(const Trial& trial, const Trial& best, double factor) const {
-  if (!best.accepted) return false;
+  if (!best.accepted) factor = hopeless;
   double cost = trial.cost;
   if (trial.method.sampling == Sampling::uniform && best.method.sampling != Sampling::uniform)
     cost = std::min(
         {cost, cost_by(Integrator::porter_duff, trial), cost_by(Integrator::midpoint, trial)});
-  return cost > factor * best.cost;
+  return best.cost > 0 && cost > factor * best.cost;
 }
 
 }  // namespace psivox

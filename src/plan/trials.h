@@ -101,8 +101,8 @@ class Trials {
   double cost_of(const Method& method) { return look_up_cost(method, view_of(method, 0)); }
   /// Cost of the trial's steps by another rule [look-ups of psi-balanced].
   double cost_by(Integrator rule, const Trial& trial) const;
-  /// Whether a trial takes longer than `factor` times the best method, if that is accepted. Beside
-  /// cells the rule that costs least counts.
+  /// Whether a trial takes longer than `factor` times the best method, or far longer if that is not
+  /// accepted. Beside cells the rule that costs least counts.
   bool is_slower(const Trial& trial, const Trial& best, double factor = 1) const;
 
  private:
