@@ -86,9 +86,9 @@ class Trials {
   /// RMS that a trial must reach. It is below the tolerance because the pilot's rays are a sample.
   double target() const { return pilot_safety * tolerance_; }
 
-  /// Runs the method on the pilot's rays, or on a part of them, some at a time, until they show that
-  /// all together are beyond the limits, or that it takes longer than `best`. RMS and look-ups are
-  /// then estimates.
+  /// Runs the method on the pilot's rays, or on a part of them, some at a time, until they show
+  /// that all together are beyond the limits, or that it takes longer than `best`. RMS and look-ups
+  /// are then estimates.
   Trial run(const Method& method, double brick, const Trial& best, double part = 1);
   /// The exact method, which the pilot has marched already.
   Trial run_exact();
