@@ -26,12 +26,14 @@ bool is_mostly_low(const Field& density);
 /// Whether values of both signs matter: the lower ones reach a twentieth of the greatest magnitude.
 bool is_signed(const Field& density);
 
-/// Whether the values are labels: few different ones, of a type of whole numbers or at least 16
-/// whole steps of the greatest, which fill bodies of voxels and do not pass from one to the next.
+/// Whether the values are labels: few different ones, which fill bodies of voxels and do not pass
+/// from one to the next. They are of a type of whole numbers, two or more whole numbers in floats,
+/// or at least 16 whole steps of the greatest. What surrounds the object alike tells nothing.
 bool is_labels(const Field& density);
 
 /// The value that fills the volume around the object: that of most voxels of the active box's
-/// faces; or, where these have higher values than the volume, their median. Unset: there is none.
+/// faces. Else their median, if nine of ten are higher than half of the volume, or if they are
+/// nearly alike and half of the volume is as they are. Unset: there is none.
 std::optional<double> outside_value(const Field& density);
 
 /// Whether the rays of a field that has an outside soon reach values that stay: it is a body, not a

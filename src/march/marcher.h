@@ -31,8 +31,8 @@ struct RenderOptions {
   std::vector<float> passed{};
   /// Part of the picture to draw, alone in the result's image; unset: all of it.
   std::optional<PixelBox> pixels{};
-  /// A view by the same march with a few rays, drawn too: a GPU gets both before either is waited
-  /// for. For marchers that round.
+  /// A view of a few rays by the same march. A marcher that rounds draws it too, and gives both to
+  /// the GPU before it waits for either.
   std::optional<View> pilot{};
 };
 

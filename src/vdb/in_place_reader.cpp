@@ -210,7 +210,7 @@ class InPlaceReader final : public Reader {
     return result;
   }
 
-  std::shared_ptr<FileBlocks> file_;  ///< shared with the readers of fields
+  std::shared_ptr<FileBlocks> file_;
   Progress progress_;
 
   std::mutex mutex_;                ///< of what follows
