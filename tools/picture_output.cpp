@@ -206,8 +206,9 @@ std::string RenderReport::table() const {
     out += "\n";
   }
   if (const auto& light = drawn.light)
-    out += formatted("light     %s; estimated error RMS %.1e, max %.1e\n", light->method.c_str(),
-                     light->rms, light->max);
+    out += formatted("light     %s, %d direction%s; estimated error RMS %.1e, max %.1e\n",
+                     light->method.c_str(), light->beams, light->beams == 1 ? "" : "s", light->rms,
+                     light->max);
   if (const auto& difference = drawn.difference)
     out +=
         formatted("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
