@@ -229,18 +229,18 @@ def set_limits():
 
 
 def try_file(psivox, seed, number, folder):
-    """The mutation's name, its result, and the seconds."""
+    """The mutation's name and the options, the result, and the seconds."""
     rng = random.Random(number)
     mutation = MUTATIONS[number % len(MUTATIONS)]
     path = os.path.join(folder, f"{number}.vdb")
     picture = os.path.join(folder, f"{number}.exr")
     with open(path, "wb") as file:
         file.write(mutation(seed, rng))
-    if number // len(MUTATIONS) % 4 == 0:
-        command = [psivox, "render", path, "-o", picture, "--resolution", "16x16", "-q",
-                   *rng.choice(OPTIONS)]
-    else:
+    options = rng.choice(OPTIONS) if number // len(MUTATIONS) % 4 == 0 else None
+    if options is None:
         command = [psivox, "info", path, "--json"]
+    else:
+        command = [psivox, "render", path, "-o", picture, "--resolution", "16x16", "-q", *options]
     begin = time.monotonic()
     try:
         done = subprocess.run(command, capture_output=True, timeout=30 * TIME_LIMIT,
@@ -253,7 +253,7 @@ def try_file(psivox, seed, number, folder):
         os.remove(picture)
     if result in GOOD:
         os.remove(path)
-    return mutation.__name__, result, seconds
+    return mutation.__name__, " ".join(options or ["info"]), result, seconds
 
 
 def judge(done, picture, renders):
@@ -296,11 +296,11 @@ def main():
             numbers = range(call.first, call.first + call.count)
             tries = pool.map(lambda n: try_file(call.psivox, seeds[n // 7 % len(seeds)], n, folder),
                              numbers)
-            for number, (mutation, result, seconds) in zip(numbers, tries):
+            for number, (mutation, options, result, seconds) in zip(numbers, tries):
                 table[mutation, result if result in GOOD else "finding"] += 1
                 slowest = max(slowest, seconds)
                 if result not in GOOD:
-                    findings.append(f"{number} ({mutation}, {seconds:.1f} s): {result}")
+                    findings.append(f"{number} ({mutation}, {options}, {seconds:.1f} s): {result}")
                     print(findings[-1], flush=True)
         hidden = [name for name in os.listdir(folder) if name.startswith(".")]
     if hidden:
