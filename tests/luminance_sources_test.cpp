@@ -56,7 +56,8 @@ const char* const foggy = R"({"points": [
   {"value": 0, "attenuation": 0.5, "color": [1, 1, 1]},
   {"value": 3, "attenuation": 1, "color": [1, 0, 0]}]})";
 
-/// Bytes, and whole numbers up to 255, are sRGB codes; other colours are linear.
+/// Bytes, whole numbers up to 255 and numbers that reach far above 1 are sRGB codes; other colours
+/// are linear.
 TEST(LuminanceSources, ColoursOfBytesAreCodes) {
   const auto colors = [](const glm::vec3& color, const char* type, const char* name) {
     DenseField made(name, glm::ivec3(2), 3, glm::dmat4(1));
@@ -68,11 +69,13 @@ TEST(LuminanceSources, ColoursOfBytesAreCodes) {
     const Field linear = linear_colors(std::move(field));
     return glm::vec3(FieldVoxels(linear)({0, 0, 0}));
   };
-  const glm::vec3 code(255, 128, 40), half(0.5f, 0.25f, 1);
+  const glm::vec3 code(255, 128, 40), resampled(200.5f, 128, 0), half(0.5f, 0.25f, 1);
   const glm::dvec3 light = linear_from_srgb(glm::dvec3(code) / 255.0);
   for (const glm::vec3& found : {colors(code, "vec3 of uint8", "rgb"), colors(code, "vec3s", "Cd"),
                                  colors(code, "vec3i", "Color")})
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(double(found[c]), light[c], 1e-7);
+  EXPECT_NEAR(double(colors(resampled, "vec3s", "Cd").x),
+              linear_from_srgb(glm::dvec3(200.5 / 255)).x, 1e-7);
   EXPECT_EQ(colors(half, "vec3s", "Cd"), half);
   EXPECT_EQ(colors(code, "vec3s", "velocity"), code);
 }

@@ -113,6 +113,10 @@ std::vector<Animal> choices() {
        [] {
          return Grids{level_set(""), level_set("")};
        }},
+      {"rho_beside_p", "smoke", "rho",
+       [] {
+         return Grids{of_no_class(filled("p", waves)), of_no_class(filled("rho", cloud))};
+       }},
       {"no_name", "smoke", "[0]", [] { return Grids{filled("", cloud)}; }},
       {"three_of_one_name", "smoke", "density[0]",
        [=] {
@@ -217,6 +221,32 @@ std::vector<Animal> types() {
       {"signed", "signed", "charge", [] { return Grids{of_no_class(filled("charge", waves))}; }},
       {"scan_of_8_bits", "scan", "ct",
        [=] { return Grids{of_no_class(filled("ct", eight_bits))}; }},
+      // a box of values up to its faces is a scan, unless its name or class says smoke
+      {"scan_of_floats", "scan", "mri",
+       [=] {
+         return Grids{of_no_class(filled("mri", [](const Coord& p) {
+           return 0.001 + 0.002 * ((p.x() + p.y() * p.z()) & 3) + cloud(p);
+         }))};
+       }},
+      {"density_of_no_class", "smoke", "density",
+       [=] {
+         return Grids{of_no_class(
+             filled("density", [](const Coord& p) { return cloud(p) > 0.1 ? cloud(p) : 0; }))};
+       }},
+      // what fills the volume is the outside, though all of it is below 0
+      {"logarithms", "scan", "log_rho",
+       [=] {
+         return Grids{
+             of_no_class(filled("log_rho", [](const Coord& p) { return 6 * cloud(p) - 24; }))};
+       }},
+      {"fill_values_in_tiles", "scan", "temp",
+       [=] {
+         const auto grid = of_no_class(filled(
+             "temp", [](const Coord& p) { return cloud(p) > 0 ? 280 + 20 * cloud(p) : 9.96921e36; },
+             24));
+         grid->pruneGrid();
+         return Grids{grid};
+       }},
       {"labels", "labels", "labels",
        [=] { return Grids{of_no_class(filled<Int32Grid>("labels", labels))}; }},
   };

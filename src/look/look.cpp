@@ -14,6 +14,7 @@
 #include "base/memory_claim.h"
 #include "base/text.h"
 #include "base/text_file.h"
+#include "field/value_range.h"
 #include "look/choices.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
@@ -137,14 +138,26 @@ std::string look_of_vectors(const Scene& scene, const VectorPart& part, KeptFiel
   return is_signed(*fields.of(scene).density) ? "signed" : "vectors";
 }
 
+/// The same scene, in which values below 0 are kept.
+Scene mapped(Scene scene) {
+  if (!scene.has_function()) scene.colormap = Colormap::inferno;
+  return scene;
+}
+
 /// The name of the look that suits a scan. Air of a CT is below 0: a sign alone says nothing, but
 /// it does where values on both sides lie in an outside of 0.
 std::string look_of_scan(const Scene& scene, KeptFields& fields) {
-  Scene mapped = scene;  // its values may be below 0
-  if (!mapped.has_function()) mapped.colormap = Colormap::inferno;
-  const Field& density = *fields.of(mapped).density;
-  if (!scene.colormap && fields.are_labels(mapped)) return "labels";
+  const Field& density = *fields.of(mapped(scene)).density;
+  if (!scene.colormap && fields.are_labels(mapped(scene))) return "labels";
   return is_signed(density) && outside_value(density) == 0.0 ? "signed" : "scan";
+}
+
+/// The name of the look that suits values of which some are below 0. Where the outside is not 0,
+/// or all are below 0 and it is not known, a sign says nothing.
+std::string look_of_signs(const Scene& scene, KeptFields& fields) {
+  const Field& density = *fields.of(mapped(scene)).density;
+  const std::optional<double> outside = outside_value(density);
+  return outside == 0.0 || (!outside && active_range(density).y > 0) ? "signed" : "scan";
 }
 
 /// The name of the look that suits a file.
@@ -165,13 +178,15 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
   if (!scene.colormap && fields.are_labels(scene)) return "labels";
-  if (is_signed(density)) return outside_value(density).value_or(0) == 0.0 ? "signed" : "scan";
+  if (is_signed(density)) return look_of_signs(scene, fields);
   if (scene.colormap || !scene.value_scale.is_linear()) return "scan";
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
                                        : !fields.flame(scene).grid.empty())
     return "fire";
-  const bool known_fog = grid_class == "fog volume" && says_density(grid);
-  return is_scan(density, known_fog) ? "scan" : "smoke";
+  const bool fog = grid_class == "fog volume", named = says_density(grid);
+  // a box of values up to its faces, of which nothing says that it is a fog
+  if (!fog && !named && density.active_voxels == count_of(density.active_box)) return "scan";
+  return is_scan(density, named && (fog || !is_body(density))) ? "scan" : "smoke";
 }
 
 /// Whether the density's values stay in the file: looks need them in memory, all but `plain` and

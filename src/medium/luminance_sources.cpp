@@ -35,16 +35,20 @@ bool has_negative_values(const Field& field) {
                      [&](const Tile& tile) { return glm::any(glm::lessThan(tile.value, {})); });
 }
 
-/// Whether all numbers are codes of 8 bits, and some are above 1.
+/// Whether the numbers are codes of 8 bits: whole ones, some of them above 1; or any up to 255,
+/// some of them far above what a colour has. Codes that were resampled are no whole numbers.
 bool has_codes(const Field& colors) {
-  const auto is_code = [](float v) { return v >= 0 && v <= 255 && v == std::floor(v); };
-  if (!(greatest_value(colors) > 1)) return false;
+  constexpr double far_above = 30, greatest_code = 255;
+  const double greatest = greatest_value(colors);
+  if (!(greatest > 1) || greatest > greatest_code) return false;
+  if (greatest > far_above) return true;
+  const auto is_whole = [](float v) { return v >= 0 && v == std::floor(v); };
   return std::ranges::all_of(colors.leaves,
                              [&](const Leaf& leaf) {
-                               return std::ranges::all_of(OrderedValues(colors, leaf), is_code);
+                               return std::ranges::all_of(OrderedValues(colors, leaf), is_whole);
                              }) &&
          std::ranges::all_of(colors.tiles, [&](const Tile& tile) {
-           return is_code(tile.value.x) && is_code(tile.value.y) && is_code(tile.value.z);
+           return is_whole(tile.value.x) && is_whole(tile.value.y) && is_whole(tile.value.z);
          });
 }
 
@@ -92,7 +96,7 @@ Field linear_colors(Field colors) {
   });
   if (!bytes)
     linear.notices.push_back("grid " + in_quotes(colors.name) +
-                             ": its colours, whole numbers up to 255, are taken as sRGB codes");
+                             ": its colours, numbers up to 255, are taken as sRGB codes");
   return linear;
 }
 

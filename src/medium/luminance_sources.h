@@ -21,8 +21,8 @@ glm::dvec3 greatest_glow(const Medium& medium);
 /// Whether a grid of that name holds colours.
 bool names_colors(const std::string& grid);
 
-/// A grid of colours as linear light. Bytes, and whole numbers up to 255 of which some are above 1,
-/// are sRGB codes; other numbers are linear already.
+/// A grid of colours as linear light. Bytes, whole numbers up to 255 of which some are above 1, and
+/// numbers of which some are from 30 to 255, are sRGB codes; others are linear already.
 Field linear_colors(Field colors);
 
 }  // namespace psivox

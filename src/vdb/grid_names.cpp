@@ -18,7 +18,7 @@ bool begins_word(std::string_view name, std::size_t i) {
   return is(std::islower, name[i - 1]) || (is(std::isupper, name[i - 1]) && lower_follows);
 }
 
-constexpr std::array solver_words{"shadow", "pressure", "uvgrid", "uv", "react"};
+constexpr std::array solver_words{"shadow", "pressure", "p", "uvgrid", "uv", "react"};
 
 }  // namespace
 

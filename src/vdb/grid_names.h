@@ -12,7 +12,8 @@
 namespace psivox {
 
 /// Words for what attenuates, the best first.
-inline constexpr std::array density_words{"density", "fog", "smoke", "cloud", "soot"};
+inline constexpr std::array density_words{"density", "fog",  "smoke", "cloud",
+                                          "soot",    "dens", "rho"};
 
 /// Words for colours that a smoke scatters.
 inline constexpr std::array color_words{"cd", "albedo", "color", "colour", "diffuse"};

@@ -40,9 +40,18 @@ std::string background_notice(const GridSummary& summary, const ReadOptions& opt
          (options.background ? "" : "; --background-value gives another value");
 }
 
-void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
+/// The first channel of a tile as leaves have theirs: what is no value is absent or 0. +Inf stays.
+float cleaned_value(const TilePart& part, const LeafSurvey& survey) {
+  float value = part.tile().value.x;
+  BadValues counted;
+  survey.clean_one(value, counted);
+  return value;
+}
+
+void add_active_tiles(const std::vector<TilePart>& tiles, const LeafSurvey& survey,
+                      ValueSurvey& found) {
   for (const TilePart& part : tiles)
-    if (const float value = part.tile().value.x; part.active && std::isfinite(value))
+    if (const float value = cleaned_value(part, survey); part.active && std::isfinite(value))
       found.active.add(value);
 }
 
@@ -50,15 +59,15 @@ void add_active_tiles(const std::vector<TilePart>& tiles, ValueSurvey& found) {
 /// tiles.
 template <typename EachLeaf>
 void find_percentiles(Field& field, const EachLeaf& each_leaf, const std::vector<TilePart>& tiles,
-                      const ReadOptions& options) {
+                      const LeafSurvey& survey, const ReadOptions& options) {
   set_percentiles(field, options.percentiles, [&](const auto& take) {
     each_leaf([&](const float* values, const LeafMask& active) {
       each_on(active, [&](std::size_t i) { take(values[i * std::size_t(field.channels)], 1); });
     });
     for (const TilePart& part : tiles) {
-      const Tile tile = part.tile();
-      const float value = tile.value.x == HUGE_VALF ? field.replaced.largest : tile.value.x;
-      if (part.active) take(value, tile_voxels(tile));
+      const float value = cleaned_value(part, survey);
+      if (part.active)
+        take(value == HUGE_VALF ? field.replaced.largest : value, tile_voxels(part.tile()));
     }
   });
 }
@@ -132,6 +141,13 @@ class Reading {
     field_.active_box = summary.active_box;
     field_.active_voxels = summary.active_voxels;
     field_.world_from_index = world_from_index;
+    // what lies beside a box of values up to its faces is not 0 but unknown, as beside an array; a
+    // box of one plane has no inside
+    const Box& box = summary.active_box;
+    if (options_.role == GridRole::data && grid_.head().grid_class == unknown_class &&
+        field_.channels == 1 && summary.active_voxels == count_of(box) &&
+        glm::all(glm::greaterThan(box.max, box.min)))
+      field_.margin = 0;
   }
 
   LeafSurvey leaf_survey(bool ranges) const {
@@ -232,7 +248,7 @@ class Reading {
       if (tile.value != glm::vec3(0.0f) && !outside) field_.tiles.push_back(tile);
     }
     ValueSurvey found = survey_tiles(field_, *survey_);
-    add_active_tiles(parts, found);
+    add_active_tiles(parts, *survey_, found);
     return found;
   }
 
@@ -251,7 +267,7 @@ class Reading {
       for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
         take(voxels.leaves[n], voxels.active[n]);
     };
-    find_percentiles(field_, each_leaf, voxels.tiles, options_);
+    find_percentiles(field_, each_leaf, voxels.tiles, *survey_, options_);
   }
 
   /// Surveys leaves and keeps no value of them.
@@ -287,7 +303,7 @@ class Reading {
         take(values.data(), leaf.active());
       });
     };
-    find_percentiles(field_, each_leaf, grid_.topology().tiles, options_);
+    find_percentiles(field_, each_leaf, grid_.topology().tiles, *survey_, options_);
     return std::move(field_);
   }
 
