@@ -80,8 +80,8 @@ done
 # stored for the others.
 ranks_of() { if [ "$1" = "${mpis[-1]}" ]; then echo 4; else echo 2; fi; }
 for how in "--mode mip" "--mode lmip --lmip-threshold 0.2" "--mode isosurface" "--mode xray" \
-  "--sampling uniform" "--extinction 4 --light 0.3,-1,-0.5" "--colormap viridis --range 20%,95%" \
-  "--lod 1"; do
+  "--sampling uniform" "--extinction 4 --light 0.3,-1,-0.5" "--lod 1" \
+  "--value-scale log --colormap viridis --range 20%,95%"; do
   # shellcheck disable=SC2086
   "$program" render "$V" -o 1.exr "${scene[@]}" $how -q || fail "$how: one process"
   for mpi in "${mpis[@]}"; do

@@ -188,6 +188,8 @@ TEST(VdbStoredValues, AViewOfThemIsThatOfTheWhole) {
   expect_same();
   set_parameter(scene, "range", "5%,90%");
   expect_same();
+  set_parameter(scene, "value-scale", "log");
+  expect_same();
 }
 
 TEST(VdbStoredValues, ABackgroundThatStaysInTheFileIsVacuumAsInTheWhole) {

@@ -24,11 +24,11 @@ using VoxelMap = std::function<glm::vec3(const glm::vec3& value)>;
 Field map_field(const Field& field, int channels, const VoxelMap& map);
 
 /// The scalar field with its values passed through a scale, if they are not yet. An unset unit is,
-/// of log, the least value above 0; of symlog, a thousandth of the greatest magnitude. Throws
-/// Error(input) if there is none, Error(usage) for distances, Error(memory) if values stay in the
-/// file.
+/// of log, the least value above 0; of symlog, a thousandth of the greatest magnitude. Values that
+/// stay in the file are scaled as they are read; the first of a team finds the unit. Throws
+/// Error(input) if there is none, Error(usage) for distances.
 std::shared_ptr<const Field> scaled_values(std::shared_ptr<const Field> field,
-                                           const ValueScale& wanted);
+                                           const ValueScale& wanted, Team& team = *alone());
 
 /// Magnitude of the gradient of a scalar field at its voxels [value/world unit], as a field of the
 /// same domain and transform: central differences over the two neighbours along each index axis,

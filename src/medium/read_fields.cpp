@@ -116,7 +116,6 @@ std::string parts_obstacle(const Scene& scene) {
   if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
   if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
   if (!scene.volumes.empty()) return "volumes without --and";
-  if (!scene.value_scale.is_linear()) return "--value-scale linear";
   return {};
 }
 
@@ -143,6 +142,9 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
                               std::to_string(file.names().size()) +
                               "; --grid NAME chooses another");
   const bool chosen_by_first = is_shared(parts) && density.reader;
+  if (density.reader && scene.lod == 0)
+    density = *scaled_values(std::make_shared<const Field>(std::move(density)), scene.value_scale,
+                             *parts.team);
   if (chosen_by_first) {
     Field overview;
     if (parts.team->first())

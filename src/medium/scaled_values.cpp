@@ -25,43 +25,64 @@ double least_positive(const Field& field) {
   };
   double found = no_value;
   for (const Tile& tile : field.tiles) found = lesser(found, tile.value.x);
-  return tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, field.leaves.size()), found,
-      [&](const auto& some, double known) {
-        for (std::size_t n = some.begin(); n != some.end(); ++n)
-          for (const float value : OrderedValues(field, field.leaves[n]))
-            known = lesser(known, value);
-        return known;
-      },
-      [](double a, double b) { return std::min(a, b); });
+  visit_leaves(field, [&](std::span<const Leaf> leaves) {
+    found = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, leaves.size()), found,
+        [&](const auto& some, double known) {
+          for (std::size_t n = some.begin(); n != some.end(); ++n)
+            for (const float value : OrderedValues(field, leaves[n])) known = lesser(known, value);
+          return known;
+        },
+        [](double a, double b) { return std::min(a, b); });
+  });
+  return found;
 }
 
-ValueScale with_unit(ValueScale scale, const Field& field) {
+ValueScale with_unit(ValueScale scale, const Field& field, Team& team) {
   if (scale.unit) return scale;
   const glm::dvec2 range = stored_range(field);
   const double size = std::max(-range.x, range.y);
   const bool log = scale.kind == ValueScale::Kind::log;
-  scale.unit = log ? least_positive(field) : size * std::pow(10, -symlog_decades);
+  if (!log)
+    scale.unit = size * std::pow(10, -symlog_decades);
+  else if (stays_in_file(field))  // a member alone reads them all
+    scale.unit = team.gather(team.first() ? least_positive(field) : 0.0).front();
+  else
+    scale.unit = least_positive(field);
   if (!(*scale.unit > 0 && *scale.unit < no_value))
     throw Error(ExitCode::input, "--value-scale: grid " + in_quotes(field.name) + " has no value " +
                                      (log ? "above 0" : "but 0"));
   return scale;
 }
 
+/// The field whose leaves' values pass through a scale whenever they are read.
+Field scaled_in_file(const Field& field, const ValueScale& scale) {
+  Field scaled = field;
+  for (Tile& tile : scaled.tiles) tile.value.x = float(scale.scaled(double(tile.value.x)));
+  scaled.reader = [read = field.reader, scale](
+                      const FieldHead& head, std::span<const std::uint32_t> leaves, float* values) {
+    read(head, leaves, values);
+    for (float& value : std::span(values, 512 * leaves.size()))
+      value = float(scale.scaled(double(value)));
+  };
+  return scaled;
+}
+
 }  // namespace
 
 std::shared_ptr<const Field> scaled_values(std::shared_ptr<const Field> given,
-                                           const ValueScale& wanted) {
+                                           const ValueScale& wanted, Team& team) {
   if (wanted.is_linear() || !given->scale.is_linear()) return given;
   const Field& field = *given;
   if (field.half_width > 0)
     throw Error(ExitCode::usage, "--value-scale: level set " + in_quotes(field.name) +
                                      " holds distances; leave it out");
-  check_in_memory(field);
-  const ValueScale scale = with_unit(wanted, field);
-  Field scaled = map_field(field, 1, [&](const glm::vec3& value) {
-    return glm::vec3(float(scale.scaled(double(value.x))), 0, 0);
-  });
+  const ValueScale scale = with_unit(wanted, field, team);
+  Field scaled = stays_in_file(field)
+                     ? scaled_in_file(field, scale)
+                     : map_field(field, 1, [&](const glm::vec3& value) {
+                         return glm::vec3(float(scale.scaled(double(value.x))), 0, 0);
+                       });
   scaled.scale = scale;
   const auto of_range = [&](const glm::dvec2& range) {
     return glm::vec2(scale.scaled(range.x), scale.scaled(range.y));

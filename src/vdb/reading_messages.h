@@ -56,11 +56,18 @@ PSIVOX_PACK(BadValues, nan, positive, negative_infinite, negative, filled, clamp
 PSIVOX_PACK(Tile, origin, width, value)
 PSIVOX_PACK(Box, min, max)
 
+inline void describe(guard::Codec& codec, ValueScale& scale) {
+  using Kind = ValueScale::Kind;
+  bool scaled = !scale.is_linear(), log = scale.kind == Kind::log;
+  codec(scaled, log, scale.unit);
+  scale.kind = !scaled ? Kind::linear : log ? Kind::log : Kind::symlog;
+}
+
 inline void describe(guard::Codec& codec, FieldHead& head) {
   auto& [name, value_type, channels, of_vectors, box, margin, absent, array_box, transform, active,
          active_range, stored_range, percentiles, width, scale, replaced, notices] = head;
   codec(name, value_type, channels, of_vectors, box, margin, absent, transform, active,
-        active_range, stored_range, percentiles, width, replaced, notices);
+        active_range, stored_range, percentiles, width, scale, replaced, notices);
 }
 
 /// Without values of leaves.

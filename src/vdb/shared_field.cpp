@@ -154,6 +154,7 @@ void check_field(const Field& field, const ReadOptions& options) {
       "an impossible domain");
   require(has_volume(field.world_from_index), "an impossible transform");
   require(std::isfinite(field.half_width) && field.half_width >= 0, "an impossible half width");
+  require(field.scale == ValueScale{}, "an impossible scale of values");
   require(std::isfinite(field.replaced.least), "an impossible least value");
   check_range(field.active_range);
   check_range(field.stored_range);
