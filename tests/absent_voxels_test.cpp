@@ -265,7 +265,11 @@ TEST(Labels, AreToldFromObjectsInBrightSurroundings) {
       [&](const glm::dvec3& p) { return float(255 - std::floor(200 * ball(p))); },
       [&](const glm::dvec3& p) { return float(65000 - 60000 * ball(p) + 200 * noise(random)); },
       [&](const glm::dvec3& p) { return float(std::min(glm::length(p), 0.8) - 0.5); },
-      [&](const glm::dvec3& p) { return float(std::exp(-3 * ball(p))); }};
+      [&](const glm::dvec3& p) { return float(std::exp(-3 * ball(p))); },
+      // padding of -2000 in unsigned numbers
+      [&](const glm::dvec3& p) {
+        return float(std::hypot(p.x, p.y) > 0.95 ? 63536 : 1000 * ball(p) + noise(random));
+      }};
   for (const auto& object : objects) {
     const auto file = array_of(object);
     Scene scene = look_of(file);

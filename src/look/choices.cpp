@@ -58,9 +58,23 @@ bool is_veiled(const Field& density) {
   return 2 * density.active_voxels < count_of(density.active_box) && is_mostly_low(density);
 }
 
+/// A value around the object that is as far above all others as these are from each other is
+/// padding, such as -2000 of a scan in unsigned numbers. Beside it nothing else would be seen.
+void leave_out_padding(Choosing& all) {
+  const Field& density = *all.fields.of(all.scene).density;
+  const std::optional<double> outside = outside_value(density);
+  if (is_given(all.asked, "fill-value") || !outside || *outside != active_range(density).y) return;
+  double next = -HUGE_VAL;
+  for (const SampledVoxel& some : sample_voxels(density, 16384))
+    if (double(some.value) < *outside) next = std::max(next, double(some.value));
+  const double least = std::min(active_range(density).x, 0.0);
+  if (next > least && *outside - next > next - least) all.scene.fill_value = number_text(*outside);
+}
+
 void choose_range(Choosing& all) {
   all.view.reset();
   if (all.scene.range) return;
+  leave_out_padding(all);
   const Field& of_scene = *all.fields.of(all.scene).density;
   const bool low = is_mostly_low(of_scene) && !is_veiled(of_scene);
   set_parameter(all.scene, "range", low ? "50%,99.5%" : "2%,96%");
