@@ -822,7 +822,7 @@ DISPLAY="" WAYLAND_DISPLAY="" t 4 "psivox render" view "$S"
 t 2 "{native,egl}" view "$S" --context glx
 t 2 "at least 0" view "$S" --frame-budget fast
 t 2 "--benchmark-orbit: expected a whole number at least 2" view "$S" --benchmark-orbit 1
-t 2 "no input" view --benchmark-session 10
+t 2 "no input" view --benchmark-orbit 10
 t 2 "did you mean --watch?" view "$S" --wacht
 t 0 "--frame-budget" view --help-all
 t 2 "expected a number at least 0, not 'nan'" view "$S" --frame-budget nan
