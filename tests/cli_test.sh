@@ -22,13 +22,25 @@ t 0 rms compare a.exr b.exr --max-abs 1e-30
 t 0 "Reading is guarded by" --version
 # Forms of help: shells read their completion, and manual pages have every exit code of the guide.
 t 0 ".TH PSIVOX-RENDER 1" render --help=man
-t 0 "_psivox_render() {" --help=bash
+t 0 "_psivox() {" --help=bash
 t 0 "#compdef psivox" --help=zsh
-t 0 "-l integrator" study --help=fish
+t 0 "complete -c psivox" study --help=fish
 t 2 "expected one of man, bash, zsh, fish" --help=html
-completed=$(. <("$program" --help=bash) && COMP_WORDS=(psivox render --mode = mi) COMP_CWORD=4 &&
-  _psivox && echo "${COMPREPLY[*]}")
-[ "$completed" = "mip minip" ] || fail "bash completes 'mi' to '$completed'"
+# completed WORD... WANTED: bash completes these words of a command line to those.
+completed() {
+  local found
+  found=$(. <("$program" --help=bash) && COMP_WORDS=("$program" "${@:1:$#-1}") COMP_CWORD=$(($# - 1)) &&
+    _psivox && echo "${COMPREPLY[*]}")
+  [ "$found" = "${*: -1}" ] || fail "bash completes ${*:1:$#-1} to '$found'"
+}
+completed ver verify
+completed render --mode = mi "mip minip"
+completed render --mode "" "$("$program" --complete render --mode "" | xargs)"
+completed view "$S" --orth "--ortho-width"
+completed info "$S" ""
+completed info "" ""
+t 0 "--mode=isosurface" --complete render --mode=
+t 0 "$(printf 'grid\tdensity grid')" --complete render --grid
 # --help is short and ends with examples; --help-all has every option.
 t 0 "psivox render --help-all prints all" render --help
 t 0 "--end-corrections" render --help-all

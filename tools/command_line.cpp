@@ -215,8 +215,14 @@ bool CommandLine::read(std::span<const std::string> arguments) {
   }
   if (arguments.size() == 1 && arguments.front().starts_with("--help=")) {
     const std::string name = get_name().substr(get_name().find(' ') + 1);
-    std::cout << help_form(arguments.front())
-                     .command({name, get_description(), examples_}, help_options(*this));
+    const std::string form = arguments.front().substr(7);
+    std::cout << (form == "man"
+                      ? manual_page({name, get_description(), examples_}, help_options(*this))
+                      : completion_script(form));
+    return false;
+  }
+  if (arguments.size() > 1 && arguments.front() == "--complete") {
+    std::cout << completions(*this, arguments.subspan(1));
     return false;
   }
   try {
