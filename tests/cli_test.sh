@@ -462,7 +462,7 @@ t 2 "depths of one camera" render "$S" -o 'a.##.exr' --turntable 3 --holdout who
 t 0 '"deep_samples"' render "$S" -o deep.exr --aov deep --stats - $R
 t 0 - render --scene deep.exr -o b.exr -q
 cmp -s deep.exr b.exr || fail "a deep picture's scene draws another"
-t 0 "deep samples a pixel" render "$S" -o a.exr --aov deep --pixel-samples 4 -v --resolution 32x32
+t 0 ", deep_samples " render "$S" -o a.exr --aov deep --pixel-samples 4 -v --resolution 32x32
 t 3 "it is a deep image" compare deep.exr a.exr
 t 0 '"bound_max"' render "$S" -o a.exr --aov bound --light 0,-1,0.2 --stats - $R
 t 2 "is of integrals" render "$S" -o a.exr --aov bound --mode mip $R

@@ -139,7 +139,7 @@ double process_ms() {
   return 1e3 * (now_s - ticks / double(sysconf(_SC_CLK_TCK)));
 }
 
-std::string RenderReport::json() const {
+nlohmann::ordered_json RenderReport::as_json() const {
   const RenderStats& stats = drawn.stats;
   const PreparationTimes& times = drawn.times;
   const AtlasSize& atlas = drawn.atlas;
@@ -152,81 +152,58 @@ std::string RenderReport::json() const {
                  {"clipped_pixels", written.clipped}};
   if (!drawn.image.deep.counts.empty()) counts["deep_samples"] = drawn.image.deep.samples.size();
   const Json error = error_json(*this);
-  const Json report = {
-      {"version", PSIVOX_VERSION},
-      {"renderer", stats.renderer},
-      {"input", input},
-      {"output", output},
-      {"times_ms",
-       {{"startup", startup_ms},
-        {"read", read_ms},
-        {"atlas", times.atlas_ms},
-        {"light", times.light_ms},
-        {"light_cpu", times.light_cpu_ms},
-        {"plan", times.plan_ms},
-        {"plan_cpu", times.plan_cpu_ms},
-        {"gl_init", stats.gl_init_ms},
-        {"shader", stats.shader_ms},
-        {"upload", stats.upload_ms},
-        {"march", stats.march_ms},
-        {"march_cpu", stats.cpu_ms},
-        {"march_gpu", stats.gpu_ms},
-        {"write", written.write_ms},
-        {"total", total_ms}}},
-      {"counts", counts},
-      {"error", error},
-      {"bytes",
-       {{"atlas", atlas.bytes()},
-        {"atlas_texels", atlas.texel_bytes},
-        {"atlas_pages", atlas.page_bytes},
-        {"atlas_constants", atlas.constant_bytes},
-        {"output", written.bytes}}},
-      {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return {{"version", PSIVOX_VERSION},
+          {"renderer", stats.renderer},
+          {"guard", reading_guard()},
+          {"input", input},
+          {"output", output},
+          {"times_ms",
+           {{"startup", startup_ms},
+            {"read", read_ms},
+            {"atlas", times.atlas_ms},
+            {"light", times.light_ms},
+            {"light_cpu", times.light_cpu_ms},
+            {"plan", times.plan_ms},
+            {"plan_cpu", times.plan_cpu_ms},
+            {"gl_init", stats.gl_init_ms},
+            {"shader", stats.shader_ms},
+            {"upload", stats.upload_ms},
+            {"march", stats.march_ms},
+            {"march_cpu", stats.cpu_ms},
+            {"march_gpu", stats.gpu_ms},
+            {"write", written.write_ms},
+            {"total", total_ms}}},
+          {"counts", counts},
+          {"error", error},
+          {"bytes",
+           {{"atlas", atlas.bytes()},
+            {"atlas_texels", atlas.texel_bytes},
+            {"atlas_pages", atlas.page_bytes},
+            {"atlas_constants", atlas.constant_bytes},
+            {"output", written.bytes}}},
+          {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
+}
+
+std::string RenderReport::json() const {
+  return as_json().dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string RenderReport::table() const {
-  const RenderStats& stats = drawn.stats;
-  const PreparationTimes& times = drawn.times;
-  const AtlasSize& atlas = drawn.atlas;
-  std::string out = "renderer  " + stats.renderer + "\nguard     " + reading_guard() + "\n";
-  out += formatted("times     startup %.1f, read %.1f, atlas %.1f, GL init %.1f, shader %.1f, ",
-                   startup_ms, read_ms, times.atlas_ms, stats.gl_init_ms, stats.shader_ms);
-  if (times.light_ms > 0) out += formatted("light %.1f, ", times.light_ms);
-  if (times.plan_ms > 0) out += formatted("plan %.1f, ", times.plan_ms);
-  out += formatted("upload %.1f, march %.1f, ", stats.upload_ms, stats.march_ms);
-  if (checked)
-    out += formatted("light to check %.1f, check %.1f, ", checked->light_ms, checked->reference_ms);
-  out += formatted("write %.1f; total %.1f ms\n", written.write_ms, total_ms);
-  if (const auto& plan = drawn.plan) {
-    out += "march     " + method_text(plan->chosen.method);
-    if (plan->rays > 0)
-      out += formatted("; estimated error RMS %.1e, max %.1e (%d rays)", plan->chosen.rms,
-                       plan->chosen.max, plan->rays);
-    out += "\n";
+  const auto text = [](const Json& value) {
+    if (value.is_number_float()) return formatted("%.4g", value.get<double>());
+    return value.is_string() ? value.get<std::string>() : value.dump();
+  };
+  const Json report = as_json();
+  std::string lines;
+  for (const auto& [name, group] : report.items()) {
+    std::vector<std::string> parts;
+    if (!group.is_object()) parts.push_back(text(group));
+    for (const auto& [key, value] : group.items())
+      if (group.is_object() && !value.is_array() && value != 0)
+        parts.push_back(key + " " + text(value));
+    if (!parts.empty()) lines += formatted("%-9s ", name.c_str()) + joined(parts, ", ") + "\n";
   }
-  if (const auto& light = drawn.light)
-    out += formatted("light     %s; estimated error RMS %.1e, max %.1e\n", light->method.c_str(),
-                     light->rms, light->max);
-  if (const auto& difference = drawn.difference)
-    out +=
-        formatted("error     RMS %.1e, max %.1e: layer error\n", difference->rms, difference->max);
-  if (drawn.bound) out += formatted("error     at most %.1e: layer bound\n", *drawn.bound);
-  out += formatted("rays      %llu", static_cast<unsigned long long>(stats.rays));
-  if (const std::size_t pixels = drawn.image.deep.counts.size())
-    out += formatted(", %.1f deep samples a pixel\n",
-                     double(drawn.image.deep.samples.size()) / double(pixels));
-  else if (stats.cells)
-    out += formatted(", %.1f cells each\n", per_ray(stats.cells, stats));
-  else
-    out += formatted(", %.1f samples and %.1f steps each\n", per_ray(stats.samples, stats),
-                     per_ray(stats.steps, stats));
-  out += formatted("atlas     %.2f MiB: %llu textured and %llu constant bricks\n",
-                   double(atlas.bytes()) / (1 << 20),
-                   static_cast<unsigned long long>(atlas.textured_bricks),
-                   static_cast<unsigned long long>(atlas.constant_bricks));
-  out += formatted("output    %.2f MiB\n", double(written.bytes) / (1 << 20));
-  return out;
+  return lines;
 }
 
 bool is_movie_name(const std::string& path) { return format_of(path); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdio>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -112,8 +113,9 @@ struct RenderReport {
   std::optional<CheckedError> checked;  ///< from --check-error
   WrittenPicture written;
 
-  std::string json() const;
-  std::string table() const;  ///< lines to be read by people
+  nlohmann::ordered_json as_json() const;
+  std::string json() const;   ///< as_json() as a file has it
+  std::string table() const;  ///< a line for each part of as_json(), to be read by people
 };
 
 /// Whether a look's background is wanted: not where a picture may be composited as it is, nor where
