@@ -22,13 +22,25 @@ t 0 rms compare a.exr b.exr --max-abs 1e-30
 t 0 "Reading is guarded by" --version
 # Forms of help: shells read their completion, and manual pages have every exit code of the guide.
 t 0 ".TH PSIVOX-RENDER 1" render --help=man
-t 0 "_psivox_render() {" --help=bash
+t 0 "_psivox() {" --help=bash
 t 0 "#compdef psivox" --help=zsh
-t 0 "-l integrator" study --help=fish
+t 0 "complete -c psivox" study --help=fish
 t 2 "expected one of man, bash, zsh, fish" --help=html
-completed=$(. <("$program" --help=bash) && COMP_WORDS=(psivox render --mode = mi) COMP_CWORD=4 &&
-  _psivox && echo "${COMPREPLY[*]}")
-[ "$completed" = "mip minip" ] || fail "bash completes 'mi' to '$completed'"
+# completed WORD... WANTED: bash completes these words of a command line to those.
+completed() {
+  local found
+  found=$(. <("$program" --help=bash) && COMP_WORDS=("$program" "${@:1:$#-1}") COMP_CWORD=$(($# - 1)) &&
+    _psivox && echo "${COMPREPLY[*]}")
+  [ "$found" = "${*: -1}" ] || fail "bash completes ${*:1:$#-1} to '$found'"
+}
+completed ver verify
+completed render --mode = mi "mip minip"
+completed render --mode "" "$("$program" --complete render --mode "" | xargs)"
+completed view "$S" --orth "--ortho-width"
+completed info "$S" ""
+completed info "" ""
+t 0 "--mode=isosurface" --complete render --mode=
+t 0 "$(printf 'grid\tdensity grid')" --complete render --grid
 # --help is short and ends with examples; --help-all has every option.
 t 0 "psivox render --help-all prints all" render --help
 t 0 "--end-corrections" render --help-all
@@ -822,7 +834,7 @@ DISPLAY="" WAYLAND_DISPLAY="" t 4 "psivox render" view "$S"
 t 2 "{native,egl}" view "$S" --context glx
 t 2 "at least 0" view "$S" --frame-budget fast
 t 2 "--benchmark-orbit: expected a whole number at least 2" view "$S" --benchmark-orbit 1
-t 2 "no input" view --benchmark-session 10
+t 2 "no input" view --benchmark-orbit 10
 t 2 "did you mean --watch?" view "$S" --wacht
 t 0 "--frame-budget" view --help-all
 t 2 "expected a number at least 0, not 'nan'" view "$S" --frame-budget nan

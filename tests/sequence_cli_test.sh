@@ -221,7 +221,7 @@ run 2 "--camera-path 'up.json', frame 3: --camera-up is parallel to the view" in
   -o out/b.#.png "${small[@]}" --camera-path up.json
 [ -z "$(ls out/b.* 2>/dev/null)" ] || fail "a path that ends upright: $(ls out)"
 echo '{"keys": [}' >bad.json
-run 3 "camera path 'bad.json': not JSON: line 1, column 11" in/plume.0006.vdb -o out/b.#.png --camera-path bad.json
+run 3 "camera path 'bad.json': not a camera path in JSON: line 1, column 11" in/plume.0006.vdb -o out/b.#.png --camera-path bad.json
 run 0 "6 frames" $pattern -o out/f.#.png "${small[@]}" --follow
 [ "$(for i in 1 6; do scene_of out/f.$i.png | tr -d ' \n' | grep -o '"camera-target":\[[^]]*\]'; done | sort -u | wc -l)" = 2 ] ||
   fail "--follow: the camera stays"

@@ -266,7 +266,7 @@ run 2 "above 0" "${others[@]}" -o bad --add peer=their.exr,-1
 run 2 "are named" "${others[@]}" -o bad --add peer=their.exr --add peer=opaque.exr
 run 3 "no such file" "${others[@]}" -o bad --add peer=none.exr
 run 3 "has 64x48 pixels; the study's pictures have 32x24" "${others[@]}" -o bad --add peer=their.exr --resolution 32x24
-run 2 "no key 'time'" "${others[@]}" -o bad --peers <(echo '[{"name": "a", "picture": "b", "time": 1}]')
+run 2 "unknown key 'time'" "${others[@]}" -o bad --peers <(echo '[{"name": "a", "picture": "b", "time": 1}]')
 for json in '[{"name": "a",\n "picture": }]|line 2, column 13: ' '[{"name": 7, "picture": "b"}]|name: expected a text' \
   '[{"name": "a", "picture": "b", "time_ms": "x"}]|time_ms: expected a number'; do
   printf "${json%|*}" >peers.json

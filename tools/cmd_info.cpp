@@ -18,74 +18,37 @@
 namespace psivox {
 namespace {
 
+using Json = nlohmann::ordered_json;
+
 /// What one of several processes would hold of a volume (psivox render under mpirun).
-struct RegionRow {
-  Region region;
-  Box voxels;                ///< of the domain; empty if the region has none
-  std::uint64_t leaves = 0;  ///< to read; neighbours read some of them too
-  std::uint64_t values = 0;  ///< of these leaves [bytes]
-  std::uint64_t atlas = 0;   ///< at most, in float32, on host and GPU [bytes]
-};
+Json json_of(const Field& field, const Region& region) {
+  Json box = nullptr;
+  std::uint64_t leaves = 0;  // to read; neighbours read some of them too
+  const auto channels = std::uint64_t(field.channels);
+  if (region.count > 0) {
+    const Box voxels = voxels_of(region.bricks);
+    const auto [min, max] = common({voxels.min, voxels.max + 1}, field.domain());
+    box = {{"min", {min.x, min.y, min.z}}, {"max", {max.x, max.y, max.z}}};
+    // as part_of_field reads them: with the voxels on the far faces
+    const Box read{voxels.min, voxels.max + 8};
+    for (const Leaf& leaf : field.leaves) leaves += read.contains(leaf.origin);
+  }
+  // the atlas: at most, in float32, on host and GPU
+  return {{"voxels", box},
+          {"bricks", region.count},
+          {"leaves", leaves},
+          {"value_bytes", leaves * 512 * sizeof(float) * channels},
+          {"atlas_bytes", 2 * region.count * brick_texels * sizeof(float) * channels}};
+}
 
 /// The bricks of the largest region, as a multiple of their mean.
-double imbalance(const std::vector<RegionRow>& rows) {
+double imbalance(const std::vector<Region>& regions) {
   double most = 0, sum = 0;
-  for (const RegionRow& row : rows) {
-    most = std::max(most, double(row.region.count));
-    sum += double(row.region.count);
+  for (const Region& region : regions) {
+    most = std::max(most, double(region.count));
+    sum += double(region.count);
   }
-  return sum > 0 ? most * double(rows.size()) / sum : 1;
-}
-
-std::string voxel_text(const glm::ivec3& v) { return formatted("%d,%d,%d", v.x, v.y, v.z); }
-
-RegionRow row_of(const Field& field, const Region& region) {
-  RegionRow row{region, {}, 0, 0, 0};
-  if (region.count == 0) return row;
-  const Box voxels = voxels_of(region.bricks);
-  row.voxels = common({voxels.min, voxels.max + 1}, field.domain());
-  // as part_of_field reads them: with the voxels on the far faces
-  const Box read{voxels.min, voxels.max + 8};
-  for (const Leaf& leaf : field.leaves) row.leaves += read.contains(leaf.origin);
-  row.values = row.leaves * 512 * sizeof(float) * std::uint64_t(field.channels);
-  row.atlas = 2 * region.count * brick_texels * sizeof(float) * std::uint64_t(field.channels);
-  return row;
-}
-
-std::string json_of(const std::string& path, const std::string& grid,
-                    const std::vector<RegionRow>& rows) {
-  using Json = nlohmann::ordered_json;
-  Json regions = Json::array();
-  for (const RegionRow& row : rows) {
-    Json box = nullptr;
-    if (!row.voxels.empty()) {
-      const auto& [min, max] = row.voxels;
-      box = {{"min", {min.x, min.y, min.z}}, {"max", {max.x, max.y, max.z}}};
-    }
-    regions.push_back({{"voxels", box},
-                       {"bricks", row.region.count},
-                       {"leaves", row.leaves},
-                       {"value_bytes", row.values},
-                       {"atlas_bytes", row.atlas}});
-  }
-  const Json report = {
-      {"file", path}, {"grid", grid}, {"imbalance", imbalance(rows)}, {"regions", regions}};
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
-std::string text_of(const std::string& grid, const std::vector<RegionRow>& rows) {
-  std::string out = formatted("grid %s in %zu regions; the largest has %.2f times the mean\n",
-                              in_quotes(grid).c_str(), rows.size(), imbalance(rows));
-  out += "region    bricks    leaves  values to read  atlas, host + GPU  voxels\n";
-  for (const RegionRow& row : rows)
-    out +=
-        formatted("%6zu  %8zu  %8llu  %14s  %17s  %s\n", row.region.number, row.region.count,
-                  static_cast<unsigned long long>(row.leaves), mebibytes(row.values).c_str(),
-                  mebibytes(row.atlas).c_str(),
-                  row.voxels.empty()
-                      ? "none"
-                      : (voxel_text(row.voxels.min) + " to " + voxel_text(row.voxels.max)).c_str());
-  return out;
+  return sum > 0 ? most * double(regions.size()) / sum : 1;
 }
 
 /// Prints how the grid that `render` draws would be split. Throws Error(input).
@@ -93,10 +56,25 @@ void print_regions(const std::string& path, int count, bool as_json) {
   const VdbFile file(path);
   const Field field =
       file.read(file.default_grid(), {.role = GridRole::data, .in_file = true, .survey = false});
-  std::vector<RegionRow> rows;
-  for (const Region& region : Regions::in_parts(leaf_bricks(field), std::size_t(count)).all())
-    rows.push_back(row_of(field, region));
-  std::cout << (as_json ? json_of(path, field.name, rows) : text_of(field.name, rows));
+  const std::vector<Region> regions =
+      Regions::in_parts(leaf_bricks(field), std::size_t(count)).all();
+  Json report = {{"file", path}, {"grid", field.name}, {"imbalance", imbalance(regions)}};
+  for (const Region& region : regions) report["regions"].push_back(json_of(field, region));
+  if (as_json) {
+    std::cout << report.dump(2, ' ', false, Json::error_handler_t::replace) << '\n';
+    return;
+  }
+  std::cout << formatted("grid %s in %zu regions; the largest has %.2f times the mean\n",
+                         in_quotes(field.name).c_str(), regions.size(), imbalance(regions))
+            << "region    bricks    leaves  values to read  atlas, host + GPU  voxels\n";
+  for (std::size_t i = 0; i < regions.size(); ++i) {
+    const Json& row = report["regions"][i];
+    const Json& box = row["voxels"];
+    std::cout << formatted("%6zu  %8zu  %8s  %14s  %17s  ", i, regions[i].count,
+                           row["leaves"].dump().c_str(), mebibytes(row["value_bytes"]).c_str(),
+                           mebibytes(row["atlas_bytes"]).c_str())
+              << (box.is_null() ? "none" : box["min"].dump() + " to " + box["max"].dump()) << '\n';
+  }
 }
 
 }  // namespace

@@ -55,7 +55,7 @@ StudyFile read_study_file(const std::string& path) {
   const std::string text = read_text(path, "study");
   StudyFile file;
   try {
-    const json object = json::parse(text);
+    const json object = parsed_json(text, "a study", ExitCode::usage);
     if (!object.is_object()) usage("not a study: expected a JSON object");
     for (const auto& [name, value] : object.items())
       if (name == "scene")
@@ -64,8 +64,6 @@ StudyFile read_study_file(const std::string& path) {
         file.repeats = repeats_of(value);
       else
         set_sweep(file.sweep, name, list_text(value));
-  } catch (const json::exception& error) {
-    usage(path + ": not a study in JSON: " + json_problem(text, error));
   } catch (const Error& error) {
     usage(path + ": " + error.what());
   }

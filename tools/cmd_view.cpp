@@ -1,10 +1,8 @@
 // psivox view IN.vdb: the preview window.
 
 #include <cstdio>
-#include <filesystem>
 #include <iostream>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "base/input_file.h"
@@ -24,7 +22,7 @@ namespace {
 struct ViewCall {
   SceneOptions scene;
   view::ViewerOptions window;
-  int orbit = 0, session = 0;
+  int orbit = 0;
   std::string context = "native";
 };
 
@@ -48,19 +46,13 @@ bool parse(ViewCall& call, Arguments arguments) {
   call.scene.add_to(line, {"input"});
   // for measurements and tests of the window; see docs/preview.md
   line.begin_group(hidden_group);
-  const CLI::Validator count = number_in<int>({.min = 2});
   line.add_option("--benchmark-orbit", call.orbit,
                   "orbit until N pictures were shown, print the times, and end")
-      ->check(count);
-  line.add_option("--benchmark-session", call.session,
-                  "open the files of the input's folder in turn, N times, and orbit around each; "
-                  "print memory and OpenGL objects, and end")
-      ->check(count);
+      ->check(number_in<int>({.min = 2}));
   if (!line.read(arguments)) return false;
   const std::vector<std::string>& inputs = call.window.inputs;
   if (!inputs.empty()) call.scene.set("input", inputs.front());
   call.window.egl = call.context == "egl";
-  call.window.count_objects = call.session > 0;
   return true;
 }
 
@@ -79,34 +71,6 @@ void print_orbit(view::Viewer& viewer, int pictures) {
       pictures, size.x, size.y, within(0.5), within(0.9), within(0.99), within(1),
       1e-3 * times.first_part_ms, 1e-3 * times.first_exact_ms, 1e-3 * times.refine_ms,
       viewer.pictures().renderer.c_str());
-}
-
-void print_objects(const char* when, const char* context, const gl::ObjectCounts& n) {
-  std::cout << formatted(
-      "%-9s %s: %d textures, %d buffers, %d framebuffers, %d programs, %d shaders, %d vertex "
-      "arrays, %d queries\n",
-      when, context, n.textures, n.buffers, n.framebuffers, n.programs, n.shaders, n.vertex_arrays,
-      n.queries);
-}
-
-void print_session(view::Viewer& viewer, const std::string& input, int switches) {
-  std::vector<std::string> files{input};
-  const std::filesystem::path first(input);
-  const std::filesystem::path folder = first.has_parent_path() ? first.parent_path() : ".";
-  for (const auto& entry : std::filesystem::directory_iterator(folder))
-    if (entry.path().extension() == ".vdb" && entry.path().filename() != first.filename())
-      files.push_back(entry.path().string());
-  const view::SessionReport report = view::benchmark_session(viewer, files, switches);
-  std::cout << formatted("session   %d switches among %d files in %.0f s; %d errors\n",
-                         report.switches, int(files.size()), report.seconds,
-                         viewer.messages().error_count());
-  std::cout << formatted("memory    %.1f MiB when settled, %.1f at the end, %.1f at most\n",
-                         report.settled.resident_mib, report.end.resident_mib, report.most_mib);
-  for (const auto& [when, state] :
-       {std::pair("settled", report.settled), std::pair("end", report.end)}) {
-    print_objects(when, "window", state.window);
-    print_objects(when, "pictures", state.pictures);
-  }
 }
 #endif
 
@@ -128,8 +92,7 @@ void view_command(Arguments arguments) {
     scene.background.reset();
   }
   if (!call.window.quiet) print_notices(notices);
-  if ((call.orbit || call.session) && scene.input.empty())
-    usage("no input to orbit around; give IN.vdb");
+  if (call.orbit && scene.input.empty()) usage("no input to orbit around; give IN.vdb");
 #ifdef PSIVOX_VIEWER
   call.window.tell_look = [](const LookedScene& looked) {
     print_look(looked, false, "Ctrl+C in the window copies its options");
@@ -139,9 +102,10 @@ void view_command(Arguments arguments) {
     render_command(saved);
   };
   view::Viewer viewer(scene, call.window);
-  if (call.orbit) print_orbit(viewer, call.orbit);
-  if (call.session) print_session(viewer, scene.input, call.session);
-  if (!call.orbit && !call.session) viewer.run();
+  if (call.orbit)
+    print_orbit(viewer, call.orbit);
+  else
+    viewer.run();
 #else
   throw Error(ExitCode::graphics,
               "this psivox was built without its window (PSIVOX_BUILD_VIEWER); psivox render draws "

@@ -111,21 +111,13 @@ void CommandLine::add_parameters(std::vector<Setting>& settings,
       continue;
     }
     CLI::Option* option = nullptr;
-    if (std::holds_alternative<std::vector<DirectionalLight> Scene::*>(p.member) ||
+    const bool surfaces = std::holds_alternative<std::vector<ShownSurface> Scene::*>(p.member);
+    if (surfaces || std::holds_alternative<std::vector<DirectionalLight> Scene::*>(p.member) ||
         std::holds_alternative<std::vector<std::string> Scene::*>(p.member))
       option = add_option_function<std::vector<std::string>>(
                    "--" + p.name + (p.name == "volumes" ? ",--and" : ""),
-                   [&settings, &p](const std::vector<std::string>& items) {
-                     settings.push_back({p.name, joined(items, ";")});
-                   })
-                   ->type_name(p.metavar)
-                   ->allow_extra_args(false)
-                   ->take_all();
-    else if (std::holds_alternative<std::vector<ShownSurface> Scene::*>(p.member))
-      option = add_option_function<std::vector<std::string>>(
-                   "--" + p.name,
-                   [&settings, &p](const std::vector<std::string>& items) {
-                     settings.push_back({p.name, joined(items)});
+                   [&settings, &p, surfaces](const std::vector<std::string>& items) {
+                     settings.push_back({p.name, joined(items, surfaces ? "," : ";")});
                    })
                    ->type_name(p.metavar)
                    ->allow_extra_args(false)
@@ -215,8 +207,14 @@ bool CommandLine::read(std::span<const std::string> arguments) {
   }
   if (arguments.size() == 1 && arguments.front().starts_with("--help=")) {
     const std::string name = get_name().substr(get_name().find(' ') + 1);
-    std::cout << help_form(arguments.front())
-                     .command({name, get_description(), examples_}, help_options(*this));
+    const std::string form = arguments.front().substr(7);
+    std::cout << (form == "man"
+                      ? manual_page({name, get_description(), examples_}, help_options(*this))
+                      : completion_script(form));
+    return false;
+  }
+  if (arguments.size() > 1 && arguments.front() == "--complete") {
+    std::cout << completions(*this, arguments.subspan(1));
     return false;
   }
   try {

@@ -161,19 +161,19 @@ struct HelpOption {
   std::string usual;                 ///< the default, if any
   std::string group;                 ///< as --help prints it
   std::vector<std::string> choices;  ///< words that the value may be; empty if any text may
-  bool takes_file = false;
 };
 
-/// What `--help=NAME` prints, made from the same options as --help, so that it cannot be stale:
-/// manual pages and completions of shells. The form of the whole program is `before`, then the
-/// form of each command if `whole`, then `after`.
-struct HelpForm {
-  std::string_view name;
-  bool whole;  ///< whether the program's form contains the commands' forms
-  std::string (*command)(const HelpCommand&, std::span<const HelpOption>);
-  std::string (*before)(std::span<const HelpCommand>);
-  std::string (*after)(std::span<const HelpCommand>);
-};
+/// The manual page of a command, made from the same options as --help.
+std::string manual_page(const HelpCommand& command, std::span<const HelpOption> options);
+/// The manual page of the program.
+std::string manual_of_program(std::span<const HelpCommand> commands);
+
+/// The script by which a shell completes psivox's command lines: it runs `psivox --complete` with
+/// the words up to the cursor. Throws Error(usage) for another shell than bash, zsh and fish.
+std::string completion_script(std::string_view shell);
+/// What may stand in the place of the last of a command's words, a line for each, with its meaning
+/// behind a tab; empty if it may be any text, such as the name of a file.
+std::string completions(const CLI::App& command, std::span<const std::string> words);
 
 std::vector<const CLI::Option*> arguments_of(const CLI::App& command);
 /// The groups of a command's options, in the order of their first ones.
@@ -182,8 +182,5 @@ std::vector<const CLI::Option*> options_of(const CLI::App& command, const std::s
 
 /// All that --help prints, in its order; arguments first.
 std::vector<HelpOption> help_options(const CLI::App& command);
-
-/// The form that an argument `--help=NAME` asks for. Throws Error(usage).
-const HelpForm& help_form(std::string_view argument);
 
 }  // namespace psivox

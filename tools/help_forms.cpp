@@ -13,8 +13,6 @@ namespace {
 using Commands = std::span<const HelpCommand>;
 using Options = std::span<const HelpOption>;
 
-std::string nothing(Commands) { return {}; }
-
 // --- manual pages in roff: psivox(1), psivox-render(1) and so on
 
 /// Text in roff: a `-` of an option is no hyphen, and no line begins with a request.
@@ -75,6 +73,67 @@ constexpr std::pair<ExitCode, const char*> exit_statuses[] = {
     {ExitCode::interrupted, "Interrupted; no unfinished file is left."},
 };
 
+// --- completions: a shell asks the program what may stand in the place of the last word
+
+constexpr std::pair<std::string_view, const char*> completion_scripts[] = {
+    {"bash", R"script(_psivox() {
+  local current=${COMP_WORDS[COMP_CWORD]#=} word words=()
+  for word in "${COMP_WORDS[@]:0:COMP_CWORD}"; do [[ $word == '=' ]] || words+=("$word"); done
+  mapfile -t COMPREPLY < <(compgen -W "$("${words[0]}" --complete "${words[@]:1}" "$current" \
+    2>/dev/null | cut -f1)" -- "$current")
+}
+complete -o bashdefault -o default -F _psivox psivox
+)script"},
+    {"zsh", R"script(#compdef psivox
+_psivox() {
+  local -a found
+  found=("${(@f)$(${words[1]} --complete "${(@)words[2,CURRENT]}" 2>/dev/null |
+    sed 's/:/\\:/g; s/\t/:/')}")
+  [[ -n ${found[1]} ]] && _describe psivox found || _files
+}
+_psivox "$@"
+)script"},
+    {"fish", R"script(function __psivox_complete
+  set -l words (commandline -opc)
+  set -l found ($words[1] --complete $words[2..] (commandline -ct) 2>/dev/null)
+  if count $found >/dev/null
+    printf '%s\n' $found
+  else
+    __fish_complete_path (commandline -ct)
+  end
+end
+complete -c psivox -f -a '(__psivox_complete)'
+)script"},
+};
+
+/// Whether a part of a metavar stands for itself, as `auto` does and `N` does not.
+bool is_word(const std::string& part) {
+  return !part.empty() && std::all_of(part.begin(), part.end(), [](char c) {
+    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
+  });
+}
+
+HelpOption described(const CLI::Option& option) {
+  HelpOption result;
+  for (const std::string& name : option.get_snames()) result.names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) result.names.push_back("--" + name);
+  const Parameter* parameter =
+      option.get_lnames().empty() ? nullptr : find_parameter(option.get_lnames().front());
+  if (!option.nonpositional())
+    result.value = option.get_name(/*positional=*/true);
+  else if (option.get_type_size() != 0)
+    result.value = option.get_type_name();
+  result.help = option.get_description();
+  result.usual = option.get_default_str();
+  result.group = option.get_group();
+  // --help has a long list of words in the text
+  for (const std::string& part : split(parameter ? parameter->metavar : result.value, '|'))
+    if (is_word(part)) result.choices.push_back(part);
+  return result;
+}
+
+}  // namespace
+
 std::string manual_page(const HelpCommand& command, Options options) {
   // the name's line has one sentence
   const std::size_t dot = command.summary.find(". ");
@@ -118,147 +177,32 @@ std::string manual_of_program(Commands commands) {
   return page + "\n";
 }
 
-// --- bash: one function for each command, which sets `words` to what may stand there
-
-std::string bash_command(const HelpCommand& command, Options options) {
-  std::string text = "_psivox_" + command.name + "() {\n  case $previous in\n", all;
-  for (const HelpOption& option : options) {
-    for (const std::string& name : option.names) all += name + " ";
-    if (option.names.empty() || option.value.empty()) continue;
-    text += "    " + joined(option.names, "|") +
-            ") words=" + shell_word(joined(option.choices, " ")) + " ;;\n";
-  }
-  return text + "    *) [[ $current != -* ]] || words=" + shell_word(all) + " ;;\n  esac\n}\n";
+std::string completion_script(std::string_view shell) {
+  for (const auto& [name, script] : completion_scripts)
+    if (name == shell) return script;
+  throw Error(ExitCode::usage,
+              "--help=" + std::string(shell) + ": expected one of man, bash, zsh, fish");
 }
 
-std::string bash_after(Commands commands) {
-  return "_psivox() {\n"
-         "  local current=${COMP_WORDS[COMP_CWORD]} previous=${COMP_WORDS[COMP_CWORD-1]} words=\n"
-         "  if [[ $current == '=' ]]; then current=\n"
-         "  elif [[ $previous == '=' ]]; then previous=${COMP_WORDS[COMP_CWORD-2]}; fi\n"
-         "  if ((COMP_CWORD == 1)); then words=" +
-         shell_word(joined(names_in(commands, &HelpCommand::name), " ") + " --help --version") +
-         "\n"
-         "  elif declare -F \"_psivox_${COMP_WORDS[1]}\" >/dev/null; then "
-         "\"_psivox_${COMP_WORDS[1]}\"; fi\n"
-         "  mapfile -t COMPREPLY < <(compgen -W \"$words\" -- \"$current\")\n"
-         "}\n"
-         "complete -o bashdefault -o default -F _psivox psivox\n";  // files where there are no
-                                                                    // words
-}
-
-// --- zsh
-
-/// In a description or message of _arguments.
-std::string zsh_text(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    if (c == '[' || c == ']' || c == ':' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out;
-}
-
-std::string zsh_command(const HelpCommand& command, Options options) {
-  std::string text = "_psivox_" + command.name + "() {\n  _arguments";
-  for (const HelpOption& option : options) {
-    std::string value;
-    if (!option.value.empty())
-      value = ":" + zsh_text(option.value) + ":" +
-              (!option.choices.empty() ? "(" + joined(option.choices, " ") + ")"
-               : option.takes_file     ? "_files"
-                                       : "");
-    if (option.names.empty()) text += " \\\n    " + shell_word("*" + value);
+std::string completions(const CLI::App& command, std::span<const std::string> words) {
+  const std::string& current = words.back();
+  const std::string assigned = current.substr(0, current.find('='));
+  std::string all;
+  for (const HelpOption& option : help_options(command)) {
+    const auto has = [&](const std::string& name) {
+      return std::ranges::count(option.names, name);
+    };
+    const bool after = words.size() > 1 && has(words[words.size() - 2]);
+    if (!option.value.empty() && (after || (assigned != current && has(assigned)))) {
+      std::string choices;
+      for (const std::string& choice : option.choices)
+        choices += (after ? "" : assigned + "=") + choice + "\n";
+      return choices;
+    }
     for (const std::string& name : option.names)
-      text += " \\\n    " + shell_word("(" + joined(option.names, " ") + ")" + name +
-                                       (!value.empty() && name.starts_with("--") ? "=" : "") + "[" +
-                                       zsh_text(option.help) + "]" + value);
+      if (current.starts_with('-')) all += name + "\t" + option.help + "\n";
   }
-  return text + "\n}\n";
-}
-
-std::string zsh_before(Commands) { return "#compdef psivox\n"; }
-
-std::string zsh_after(Commands commands) {
-  std::string text = "_psivox() {\n  local -a commands=(\n";
-  for (const HelpCommand& command : commands)
-    text += "    " + shell_word(command.name + ":" + zsh_text(command.summary)) + "\n";
-  return text +
-         "  )\n"
-         "  if ((CURRENT == 2)); then _describe command commands; return; fi\n"
-         "  local command=$words[2]\n"
-         "  shift words\n"
-         "  ((CURRENT--))\n"
-         "  ((! $+functions[_psivox_$command])) || _psivox_$command\n"
-         "}\n"
-         "_psivox \"$@\"\n";
-}
-
-// --- fish
-
-std::string fish_command(const HelpCommand& command, Options options) {
-  const std::string here =
-      "complete -c psivox -n '__fish_seen_subcommand_from " + command.name + "'";
-  std::string text = "complete -c psivox -n __fish_use_subcommand -f -a " + command.name + " -d " +
-                     shell_word(command.summary) + "\n";
-  for (const HelpOption& option : options) {
-    if (option.names.empty()) continue;
-    text += here;
-    for (const std::string& name : option.names)
-      text += name.starts_with("--") ? " -l " + name.substr(2) : " -s " + name.substr(1);
-    if (!option.choices.empty())
-      text += " -x -a " + shell_word(joined(option.choices, " "));
-    else if (!option.value.empty())
-      text += option.takes_file ? " -r" : " -x";
-    text += " -d " + shell_word(option.help) + "\n";
-  }
-  return text;
-}
-
-constexpr HelpForm forms[] = {
-    {"man", false, manual_page, manual_of_program, nothing},
-    {"bash", true, bash_command, nothing, bash_after},
-    {"zsh", true, zsh_command, zsh_before, zsh_after},
-    {"fish", true, fish_command, nothing, nothing},
-};
-
-/// Whether a part of a metavar stands for itself, as `auto` does and `N` does not.
-bool is_word(const std::string& part) {
-  return !part.empty() && std::all_of(part.begin(), part.end(), [](char c) {
-    return (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '-';
-  });
-}
-
-HelpOption described(const CLI::Option& option) {
-  HelpOption result;
-  for (const std::string& name : option.get_snames()) result.names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) result.names.push_back("--" + name);
-  const Parameter* parameter =
-      option.get_lnames().empty() ? nullptr : find_parameter(option.get_lnames().front());
-  if (!option.nonpositional())
-    result.value = option.get_name(/*positional=*/true);
-  else if (option.get_type_size() != 0)
-    result.value = option.get_type_name();
-  result.help = option.get_description();
-  result.usual = option.get_default_str();
-  result.group = option.get_group();
-  // --help has a long list of words in the text
-  for (const std::string& part : split(parameter ? parameter->metavar : result.value, '|'))
-    if (is_word(part)) result.choices.push_back(part);
-  result.takes_file = result.value.find("FILE") != std::string::npos || !option.nonpositional();
-  return result;
-}
-
-}  // namespace
-
-const HelpForm& help_form(std::string_view argument) {
-  const std::string_view name = argument.substr(argument.find('=') + 1);
-  std::string known;
-  for (const HelpForm& form : forms) {
-    if (form.name == name) return form;
-    known += (known.empty() ? "" : ", ") + std::string(form.name);
-  }
-  throw Error(ExitCode::usage, "--help=" + std::string(name) + ": expected one of " + known);
+  return all;
 }
 
 std::vector<const CLI::Option*> arguments_of(const CLI::App& command) {

@@ -155,6 +155,7 @@ std::string RenderReport::json() const {
   const Json report = {
       {"version", PSIVOX_VERSION},
       {"renderer", stats.renderer},
+      {"guard", reading_guard()},
       {"input", input},
       {"output", output},
       {"times_ms",

@@ -135,16 +135,23 @@ void print_help() {
                "  psivox render --help\n";
 }
 
-/// `argument` is --help=FORM.
-void print_help_form(const std::string& argument) {
-  const HelpForm& form = help_form(argument);
+/// `form`: man, or a shell.
+void print_help_form(const std::string& form) {
   std::vector<HelpCommand> all;
   for (const Command& command : commands) all.push_back({command.name, command.summary});
-  std::cout << form.before(all);
-  const std::vector<std::string> arguments{argument};
-  for (const Command& command : commands)
-    if (form.whole) command.run(arguments);
-  std::cout << form.after(all);
+  std::cout << (form == "man" ? manual_of_program(all) : completion_script(form));
+}
+
+/// Prints what may stand in the place of the last word of a command line (completions()).
+void print_completions(Arguments words) {
+  for (const Command& command : commands) {
+    if (words.size() == 1) std::cout << command.name << '\t' << command.summary << '\n';
+    if (words.size() < 2 || words.front() != command.name) continue;
+    std::vector<std::string> arguments(words.begin(), words.end());
+    arguments.front() = "--complete";
+    command.run(arguments);
+  }
+  if (words.size() == 1) std::cout << "--help\n--version\n";
 }
 
 /// What `get` returns, or why there is none.
@@ -179,7 +186,8 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
   if (name == "help" && arguments.size() > 1) return run({arguments[1], "--help"}, who);
   if (std::ranges::count(std::vector{"--help", "--help-all", "--help=all", "-h", "help"}, name))
     return print_help();
-  if (name.starts_with("--help=")) return print_help_form(name);
+  if (name.starts_with("--help=")) return print_help_form(name.substr(7));
+  if (name == "--complete") return print_completions(Arguments(arguments).subspan(1));
   if (name == "--version") return print_version();
   std::vector<std::string> known = {"--help", "--version", "help"};
   for (const Command& command : commands) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdio>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -113,7 +114,7 @@ struct RenderReport {
   WrittenPicture written;
 
   std::string json() const;
-  std::string table() const;  ///< lines to be read by people
+  std::string table() const;  ///< to be read by people
 };
 
 /// Whether a look's background is wanted: not where a picture may be composited as it is, nor where

@@ -283,7 +283,7 @@ class FrameLoop {
       say(notice, written->frame.number);
     const RenderReport& report = written->report;
     if (!call_.stats.empty()) {
-      auto row = nlohmann::ordered_json::parse(report.json());
+      nlohmann::ordered_json row = report.as_json();
       row["frame"] = written->frame.number;
       reports_.push_back(std::move(row));
     }

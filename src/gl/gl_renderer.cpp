@@ -251,17 +251,15 @@ int count_generated(const Generate& generate, const Delete& remove, const IsObje
 }  // namespace
 
 ObjectCounts count_objects() {
-  ObjectCounts counts;
-  counts.textures = count_generated(glGenTextures, glDeleteTextures, glIsTexture);
-  counts.buffers = count_generated(glGenBuffers, glDeleteBuffers, glIsBuffer);
-  counts.framebuffers = count_generated(glGenFramebuffers, glDeleteFramebuffers, glIsFramebuffer);
-  counts.vertex_arrays = count_generated(glGenVertexArrays, glDeleteVertexArrays, glIsVertexArray);
-  counts.queries = count_generated(glGenQueries, glDeleteQueries, glIsQuery);
   const GLuint fresh = glCreateProgram();  // shaders have the same names
   glDeleteProgram(fresh);
-  counts.programs = count_names(fresh, glIsProgram);
-  counts.shaders = count_names(fresh, glIsShader);
-  return counts;
+  return {count_generated(glGenTextures, glDeleteTextures, glIsTexture),
+          count_generated(glGenBuffers, glDeleteBuffers, glIsBuffer),
+          count_generated(glGenFramebuffers, glDeleteFramebuffers, glIsFramebuffer),
+          count_generated(glGenVertexArrays, glDeleteVertexArrays, glIsVertexArray),
+          count_generated(glGenQueries, glDeleteQueries, glIsQuery),
+          count_names(fresh, glIsProgram),
+          count_names(fresh, glIsShader)};
 }
 
 }  // namespace psivox::gl

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "march/marcher.h"
 
 namespace psivox {
@@ -33,12 +35,9 @@ class GlRenderer : public Marcher {
 
 namespace psivox::gl {
 
-/// How many OpenGL objects there are, by kind: after the same work the same, unless one is leaked.
-struct ObjectCounts {
-  int textures = 0, buffers = 0, framebuffers = 0, programs = 0, shaders = 0, vertex_arrays = 0,
-      queries = 0;
-  bool operator==(const ObjectCounts&) const = default;
-};
+/// How many OpenGL objects there are: textures, buffers, framebuffers, vertex arrays, queries,
+/// programs and shaders. After the same work they are the same, unless one is leaked.
+using ObjectCounts = std::array<int, 7>;
 
 /// Counts the objects of the current context, whoever made them.
 ObjectCounts count_objects();

@@ -6,6 +6,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
+#include "base/text.h"
 #include "image/srgb_codes.h"
 #include "psivox/error.h"
 
@@ -36,13 +37,9 @@ const stbtt_fontinfo& font() {
 /// The characters of a text in UTF-8; bytes that are none stand for themselves.
 std::vector<int> characters(std::string_view text) {
   std::vector<int> all;
-  for (std::size_t i = 0; i < text.size();) {
-    const auto first = static_cast<unsigned char>(text[i++]);
-    const int more = first >= 0xf0 ? 3 : first >= 0xe0 ? 2 : first >= 0xc0 ? 1 : 0;
-    int character = more == 0 ? first : first & (0x3f >> more);
-    for (int n = 0; n < more && i < text.size() && (text[i] & 0xc0) == 0x80; ++n)
-      character = character << 6 | (text[i++] & 0x3f);
-    all.push_back(character);
+  for (; !text.empty(); text.remove_prefix(first_letter(text).bytes)) {
+    const char32_t code = first_letter(text).code;
+    all.push_back(code == no_letter ? static_cast<unsigned char>(text[0]) : int(code));
   }
   return all;
 }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <limits>
 #include <system_error>
@@ -12,6 +13,7 @@
 #include "base/input_file.h"
 #include "base/memory_claim.h"
 #include "base/text.h"
+#include "base/text_file.h"
 
 namespace fs = std::filesystem;
 
@@ -156,9 +158,12 @@ void check_size(const fs::path& path, int width, int height, double stored, int 
                              " channels");
 }
 
-namespace {
-
 void check_target(const fs::path& target) {
+  if (is_standard_output(target)) {
+    if (::isatty(STDOUT_FILENO) == 1)
+      throw write_error(target, "the standard output is a terminal; redirect it");
+    return;
+  }
   std::error_code ignored;
   if (fs::is_directory(target, ignored)) throw write_error(target, "it is a directory");
   const bool exists = fs::exists(target, ignored);
@@ -172,68 +177,11 @@ void check_target(const fs::path& target) {
     throw write_error(target, "there is no directory '" + directory.string() + "'");
 }
 
-}  // namespace
-
-OutputFile::OutputFile(const fs::path& target) : target_(target) {
-  if (is_standard_output(target)) {
-    // Encoders seek, and a pipe takes all or nothing: the bytes go there when they are complete.
-    if (::isatty(STDOUT_FILENO) == 1)
-      throw write_error(target_, "the standard output is a terminal; redirect it");
-    file_ = std::tmpfile();
-  } else {
-    check_target(target_);
-    try {
-      hidden_.emplace(target_);
-      file_ = fdopen(hidden_->open(), "wb");
-    } catch (const std::system_error& failure) {
-      throw write_error(target_, "no file can be created beside it: " + failure.code().message());
-    }
-  }
-  if (file_ == nullptr) throw write_error(target_, std::strerror(errno));
-}
-
-OutputFile::~OutputFile() {
-  if (file_ != nullptr) std::fclose(file_);
-}
-
-void OutputFile::remember_failure() {
-  if (failure_ == 0) failure_ = errno != 0 ? errno : EIO;
-}
-
-bool OutputFile::seek(std::int64_t offset) {
-  if (fseeko(file_, offset, SEEK_SET) == 0) return true;
-  remember_failure();
-  return false;
-}
-
-std::size_t OutputFile::write(std::string_view bytes) {
-  const std::size_t written = std::fwrite(bytes.data(), 1, bytes.size(), file_);
-  if (written != bytes.size()) remember_failure();
-  return written;
-}
-
-void OutputFile::copy_to_standard_output() {
-  std::rewind(file_);
-  char bytes[1 << 16];
-  for (std::size_t count = 0; (count = std::fread(bytes, 1, sizeof bytes, file_)) > 0;)
-    if (std::fwrite(bytes, 1, count, stdout) != count) return remember_failure();
-  if (std::fflush(stdout) != 0) remember_failure();
-}
-
-void OutputFile::commit(bool library_succeeded, const std::string& library_says) {
-  if (!hidden_ && failure_ == 0 && library_succeeded) copy_to_standard_output();
-  if (std::fclose(file_) != 0) remember_failure();
-  file_ = nullptr;
-  if (failure_ != 0) throw write_error(target_, std::strerror(failure_));
-  if (!library_succeeded) {
-    throw write_error(target_, library_says.empty() ? "the encoder gave no reason" : library_says);
-  }
-  if (!hidden_) return;
-  try {
-    hidden_->show();
-  } catch (const std::system_error& failure) {
-    throw write_error(target_, failure.code().message());
-  }
+void write_bytes(const fs::path& target, const std::string& bytes) {
+  if (!is_standard_output(target)) return write_text(target.string(), bytes);
+  if (std::fwrite(bytes.data(), 1, bytes.size(), stdout) != bytes.size() ||
+      std::fflush(stdout) != 0)
+    throw write_error(target, std::strerror(errno));
 }
 
 }  // namespace psivox::image_io

@@ -1,14 +1,12 @@
 #pragma once
 
 #include <cstdint>
-#include <cstdio>
 #include <filesystem>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "base/text_file.h"
 #include "psivox/error.h"
 #include "psivox/image.h"
 
@@ -67,43 +65,11 @@ Format format_from_contents(const std::filesystem::path& path);
 void check_size(const std::filesystem::path& path, int width, int height, double stored,
                 int channels);
 
-/// A file that appears under its name whole or not at all.
-///
-/// It is written under a hidden name in the target's directory, so that the rename stays on one
-/// file system and is atomic. Encoders write through it rather than to a name: some lose errors of
-/// the last bytes (OpenEXR writes its offset table in a destructor that swallows exceptions),
-/// whereas every failed call is remembered here and told by commit(). What goes to the standard
-/// output is written to a temporary file first, and copied when it is complete.
-class OutputFile {
- public:
-  /// Creates the hidden file. Throws Error(output) if the target could not be written.
-  explicit OutputFile(const std::filesystem::path& target);
-  /// Removes what was written unless commit() was reached.
-  ~OutputFile();
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-
-  /// Where the next bytes go.
-  std::int64_t tell() const { return ftello(file_); }
-  /// False where it cannot be.
-  bool seek(std::int64_t offset);
-  /// Bytes that were written.
-  std::size_t write(std::string_view bytes);
-
-  /// Gives the file its name, replacing another. Throws Error(output) if that, or any call before,
-  /// failed, or who encoded the picture did; `library_says` is added where the system gave no
-  /// reason.
-  void commit(bool library_succeeded, const std::string& library_says);
-
- private:
-  void remember_failure();
-  void copy_to_standard_output();
-
-  std::filesystem::path target_;
-  std::optional<HiddenFile> hidden_;  ///< unset: the standard output
-  std::FILE* file_ = nullptr;
-  int failure_ = 0;  ///< errno of the first failed call
-};
+/// Throws Error(output) where a picture's file would be refused.
+void check_target(const std::filesystem::path& target);
+/// Writes a picture's file, whole or not at all. Encoders make its bytes in memory, but for EXR's:
+/// some lose errors of the last bytes that they write. Throws Error(output).
+void write_bytes(const std::filesystem::path& target, const std::string& bytes);
 
 /// The name of a channel in an EXR file: `R` in the picture, `depth` for the only channel of the
 /// layer `depth`, `normal.X` in a layer of several.
@@ -131,9 +97,10 @@ bool have_picture(const std::vector<std::string>& channels);
 /// `normal.Y`) are one layer. Pixels of the window that the file does not store are 0.
 std::vector<Layer> layers_of_file(const StoredPixels& stored, const Window& window);
 
-/// Writes one part with zip: the channels of the picture, then the channels of each layer. Throws
+/// Writes one part with zip: the channels of the picture, then those of each layer. Throws
 /// Error(output).
-void write_exr(const Image& image, const WriteOptions& options, OutputFile& file);
+void write_exr(const Image& image, const WriteOptions& options,
+               const std::filesystem::path& target);
 
 /// Lets OpenEXR use all processors from now on, if a picture has many pixels.
 void use_exr_threads(std::int64_t pixels);
@@ -150,10 +117,9 @@ std::map<std::string, std::string> metadata_of_whole_exr(const std::filesystem::
 /// Reads linear, premultiplied R G B A, and all texts as metadata. Throws Error(input).
 Image read_png(const std::filesystem::path& path);
 
-/// The bytes of the file that write_png writes. Throws Error(output).
+/// The bytes of a file with the picture's srgb_codes. A PNG holds no other layers. Throws
+/// Error(output).
 std::string png_bytes(const Image& image, const WriteOptions& options = {});
-/// Writes the picture's srgb_codes. A PNG holds no other layers. Throws Error(output).
-void write_png(const Image& image, const WriteOptions& options, OutputFile& file);
 
 /// What the module psivox_oiio (src/oiio) offers. It is a module of its own because linking
 /// OpenImageIO and all that it depends on takes longer than a small picture: it is loaded for the
@@ -164,7 +130,8 @@ struct PictureFiles {
                                                       Format format);
   /// Whether this OpenImageIO can write the format.
   bool (*writes)(Format format);
-  void (*write)(const Image& image, Format format, const WriteOptions& options, OutputFile& file);
+  /// The bytes of the picture's file. Throws Error(output).
+  std::string (*bytes)(const Image& image, Format format, const WriteOptions& options);
   OcioView (*complete_view)(const OcioView& view);
   void (*show_by)(const OcioView& view, std::span<float> rgb);
   std::string (*version)();

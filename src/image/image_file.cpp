@@ -4,10 +4,12 @@
 #include <new>
 #include <set>
 #include <string>
+#include <system_error>
 #include <vector>
 
 #include "base/loaded_module.h"
 #include "base/text.h"
+#include "base/text_file.h"
 #include "colour/colour.h"
 #include "formats.h"
 #include "psivox/error.h"
@@ -189,21 +191,27 @@ std::string write_image(const Image& image, const fs::path& path, const WriteOpt
     throw Error(ExitCode::usage, "--half has too few digits for a deep picture; leave it out");
   if (options.half && std::ranges::count(image.layers, "bound", &Layer::name))
     throw Error(ExitCode::usage, "--half adds an error that layer bound lacks; leave it out");
-  image_io::OutputFile file(path);
+  image_io::check_target(path);
   if (format == Format::exr)
-    image_io::write_exr(image, options, file);
+    image_io::write_exr(image, options, path);
   else if (format == Format::png)
-    image_io::write_png(image, options, file);
+    image_io::write_bytes(path, image_io::png_bytes(image, options));
   else
-    image_io::picture_files(ExitCode::output).write(image, format, options, file);
+    image_io::write_bytes(path,
+                          image_io::picture_files(ExitCode::output).bytes(image, format, options));
   const std::string too_bright = what_is_too_bright(image, path, format, options);
   return too_bright.empty() ? what_is_lost(image, path, format, options) : too_bright;
 }
 
 void check_writable(const fs::path& path, const WriteOptions& options, int width, int height) {
   checked_format(path, options, width, height);
-  // Permissions alone do not tell (root, a read-only or full file system): a file is created.
-  const image_io::OutputFile probe(path);
+  image_io::check_target(path);
+  if (is_standard_output(path)) return;
+  try {  // permissions alone do not tell (root, a read-only or full file system)
+    const HiddenFile probe(path);
+  } catch (const std::system_error& failure) {
+    throw image_io::write_error(path, failure.code().message());
+  }
 }
 
 bool holds_codes(const fs::path& path, const WriteOptions& options) {

@@ -216,11 +216,4 @@ std::string png_bytes(const Image& image, const WriteOptions& options) {
   return bytes;
 }
 
-void write_png(const Image& image, const WriteOptions& options, OutputFile& file) {
-  std::string failure;
-  const std::string bytes = encoded(image, options, failure);
-  file.write(bytes);
-  file.commit(!bytes.empty(), failure);
-}
-
 }  // namespace psivox::image_io

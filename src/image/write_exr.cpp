@@ -1,3 +1,4 @@
+#include <OpenEXR/Iex.h>
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfDeepFrameBuffer.h>
 #include <OpenEXR/ImfDeepScanLineOutputFile.h>
@@ -7,17 +8,22 @@
 #include <OpenEXR/ImfMatrixAttribute.h>
 #include <OpenEXR/ImfOutputFile.h>
 #include <OpenEXR/ImfPartType.h>
+#include <OpenEXR/ImfStdIO.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfThreading.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdint>
+#include <cstring>
+#include <fstream>
 #include <mutex>
-#include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <vector>
 
+#include "base/text_file.h"
 #include "formats.h"
 
 namespace psivox::image_io {
@@ -25,24 +31,6 @@ namespace {
 
 /// Pixels that one thread encodes or decodes before others have begun.
 constexpr std::int64_t few_pixels = 1 << 14;
-
-/// An OutputFile as OpenEXR writes to it.
-class OutputStream final : public Imf::OStream {
- public:
-  explicit OutputStream(OutputFile& file) : OStream("picture.exr"), file_(file) {}
-
-  void write(const char bytes[], int count) override {
-    const auto size = std::size_t(count);
-    if (file_.write({bytes, size}) != size) throw std::runtime_error("a write failed");
-  }
-  std::uint64_t tellp() override { return std::uint64_t(file_.tell()); }
-  void seekp(std::uint64_t position) override {
-    if (!file_.seek(std::int64_t(position))) throw std::runtime_error("a seek failed");
-  }
-
- private:
-  OutputFile& file_;
-};
 
 Imf::Header header_of(const Image& image) {
   Imf::Header header(image.width, image.height);
@@ -81,7 +69,7 @@ Imf::Slice slice(Imf::PixelType type, const std::vector<Value>& values, int widt
 }
 
 /// Deep samples as one part of scan lines: volume samples, from Z to ZBack, tidy.
-void encode_deep(const Image& image, OutputFile& file) {
+void encode_deep(const Image& image, Imf::OStream& stream) {
   const std::pair<const char*, float DeepSample::*> members[] = {
       {"Z", &DeepSample::z}, {"ZBack", &DeepSample::z_back}, {"R", &DeepSample::r},
       {"G", &DeepSample::g}, {"B", &DeepSample::b},          {"A", &DeepSample::a}};
@@ -107,14 +95,13 @@ void encode_deep(const Image& image, OutputFile& file) {
     pixels.insert(name, Imf::DeepSlice(Imf::FLOAT, reinterpret_cast<char*>(places[m].data()),
                                        sizeof(char*), sizeof(char*) * width, sizeof(DeepSample)));
   }
-  OutputStream stream(file);
   Imf::DeepScanLineOutputFile output(stream, header);
   output.setFrameBuffer(pixels);
   output.writePixels(image.height);
 }
 
-void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
-  if (!image.deep.counts.empty()) return encode_deep(image, file);
+void encode(const Image& image, const WriteOptions& options, Imf::OStream& stream) {
+  if (!image.deep.counts.empty()) return encode_deep(image, stream);
   Imf::Header header = header_of(image);
   Imf::FrameBuffer pixels;
   std::vector<half> halves;
@@ -131,7 +118,6 @@ void encode(const Image& image, const WriteOptions& options, OutputFile& file) {
                                   : slice(type, layer.values, image.width, count, c));
     }
   }
-  OutputStream stream(file);
   Imf::OutputFile output(stream, header);
   output.setFrameBuffer(pixels);
   output.writePixels(image.height);
@@ -146,15 +132,28 @@ void use_exr_threads(std::int64_t pixels) {
                    [] { Imf::setGlobalThreadCount(int(std::thread::hardware_concurrency())); });
 }
 
-void write_exr(const Image& image, const WriteOptions& options, OutputFile& file) {
+void write_exr(const Image& image, const WriteOptions& options,
+               const std::filesystem::path& target) {
   use_exr_threads(image.width * std::int64_t(image.height));
-  std::string says;
   try {
-    encode(image, options, file);
-  } catch (const std::exception& error) {
-    says = error.what();
+    if (is_standard_output(target)) {  // which cannot seek
+      Imf::StdOSStream bytes;
+      encode(image, options, bytes);
+      return write_bytes(target, bytes.str());
+    }
+    HiddenFile file(target);
+    std::ofstream out(file.path(), std::ios::binary);
+    Imf::StdOFStream stream(out, "picture.exr");
+    encode(image, options, stream);
+    out.close();
+    // OpenEXR's destructors swallow errors of the last bytes
+    if (!out) throw write_error(target, std::strerror(errno));
+    file.show();
+  } catch (const Iex::BaseExc& error) {
+    throw write_error(target, error.what());
+  } catch (const std::system_error& failure) {
+    throw write_error(target, failure.code().message());
   }
-  file.commit(says.empty(), says);
 }
 
 }  // namespace psivox::image_io

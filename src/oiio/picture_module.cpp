@@ -157,10 +157,8 @@ std::vector<float> rgbe_colours(std::span<const float> rgba) {
   return colours;
 }
 
-/// Encodes in memory, so that each failure to write is OutputFile's to tell: libtiff and libwebp
-/// lose some.
-void encode(const Image& image, Format format, OIIO::TypeDesc type, int channels,
-            const void* values, OutputFile& file) {
+std::string encoded(const Image& image, Format format, OIIO::TypeDesc type, int channels,
+                    const void* values) {
   const FormatFacts& facts = facts_of(format);
   OIIO::ImageSpec spec(image.width, image.height, channels, type);
   add_metadata(spec, image.metadata);
@@ -175,11 +173,11 @@ void encode(const Image& image, Format format, OIIO::TypeDesc type, int channels
   spec.attribute("oiio:ioproxy", OIIO::TypeDesc::PTR, &proxy);
 
   const auto output = OIIO::ImageOutput::create(facts.openimageio);
-  const bool encoded = output && output->open("picture" + std::string(facts.extension), spec) &&
-                       output->write_image(type, values) && output->close();
-  const std::vector<unsigned char>& bytes = memory.buffer();
-  file.write({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-  file.commit(encoded, encoded ? "" : output ? output->geterror() : OIIO::geterror());
+  if (!output || !output->open("picture" + std::string(facts.extension), spec) ||
+      !output->write_image(type, values) || !output->close())
+    throw Error(ExitCode::output, "a " + std::string(facts.extension) + " cannot be made: " +
+                                      one_line(output ? output->geterror() : OIIO::geterror()));
+  return {memory.buffer().begin(), memory.buffer().end()};
 }
 
 bool writes(Format format) {
@@ -193,22 +191,19 @@ std::string version() {
          std::to_string(number % 100);
 }
 
-void write_picture(const Image& image, Format format, const WriteOptions& options,
-                   OutputFile& file) {
+std::string bytes_of(const Image& image, Format format, const WriteOptions& options) {
   const auto rgba = image.rgba();
   if (format == Format::hdr)
-    encode(image, format, OIIO::TypeFloat, 3, rgbe_colours(rgba).data(), file);
-  else if (format != Format::tiff)
-    encode(image, format, OIIO::TypeUInt8, 3,
-           srgb_codes<std::uint8_t>(rgba, 3, options.display).data(), file);
-  else if (!options.bits)
-    encode(image, format, OIIO::TypeFloat, 4, rgba.data(), file);
-  else if (*options.bits == 8)
-    encode(image, format, OIIO::TypeUInt8, 4,
-           srgb_codes<std::uint8_t>(rgba, 4, options.display).data(), file);
-  else
-    encode(image, format, OIIO::TypeUInt16, 4,
-           srgb_codes<std::uint16_t>(rgba, 4, options.display).data(), file);
+    return encoded(image, format, OIIO::TypeFloat, 3, rgbe_colours(rgba).data());
+  if (format != Format::tiff)
+    return encoded(image, format, OIIO::TypeUInt8, 3,
+                   srgb_codes<std::uint8_t>(rgba, 3, options.display).data());
+  if (!options.bits) return encoded(image, format, OIIO::TypeFloat, 4, rgba.data());
+  if (*options.bits == 8)
+    return encoded(image, format, OIIO::TypeUInt8, 4,
+                   srgb_codes<std::uint8_t>(rgba, 4, options.display).data());
+  return encoded(image, format, OIIO::TypeUInt16, 4,
+                 srgb_codes<std::uint16_t>(rgba, 4, options.display).data());
 }
 
 // ---- views ----
@@ -282,7 +277,7 @@ void show_by_ocio(const OcioView& view, std::span<float> rgb) {
   }
 }
 
-constexpr PictureFiles table = {read_picture,       read_picture_metadata, writes, write_picture,
+constexpr PictureFiles table = {read_picture,       read_picture_metadata, writes, bytes_of,
                                 complete_ocio_view, show_by_ocio,          version};
 
 }  // namespace

@@ -149,11 +149,6 @@ std::string element(const std::string& id, const std::string& type, const std::s
   return "<script type=\"" + type + "\" id=\"" + id + "\">" + text + "</script>\n";
 }
 
-/// Puts a text where the template has its mark.
-void fill(std::string& page, const std::string& mark, const std::string& text) {
-  page.replace(page.find(mark), mark.size(), text);
-}
-
 /// What a slice shows, in place of the view's medium, and its atlas; unset in other modes.
 std::optional<MediumAtlas> slice_atlas(View& view) {
   if (!view.scene.shows(Shows::plane)) return {};
@@ -164,19 +159,29 @@ std::optional<MediumAtlas> slice_atlas(View& view) {
 
 }  // namespace
 
-std::string content_policy(const std::map<std::string, std::string>& files,
-                           const std::vector<std::string>& scripts) {
-  std::string sources;
+std::string filled_page(const std::map<std::string, std::string>& files,
+                        const std::vector<std::string>& scripts,
+                        const std::vector<std::pair<std::string, std::string>>& texts) {
+  std::string elements, sources;
   for (const std::string& script : scripts) {
     const std::string& hex = files.at(script + ".sha256");
     std::string hash;
     for (std::size_t i = 0; i < hex.size(); i += 2)
       hash += static_cast<char>(std::stoi(hex.substr(i, 2), nullptr, 16));
     sources += " 'sha256-" + base64(hash) + "'";
+    elements += "<script>" + files.at(script) + "</script>\n";
   }
-  return "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; "
-         "form-action 'none'; script-src" +
-         (sources.empty() ? " 'none'" : sources);
+  std::string page = files.at("page.html");
+  const auto fill = [&](const std::string& mark, const std::string& text) {
+    page.replace(page.find(mark), mark.size(), text);
+  };
+  fill("@SCRIPTS@", elements);
+  for (const auto& [mark, text] : texts) fill(mark, text);
+  fill("@POLICY@",
+       "default-src 'none'; img-src data:; style-src 'unsafe-inline'; base-uri 'none'; "
+       "form-action 'none'; script-src" +
+           sources);
+  return page;
 }
 
 bool is_page_name(const std::string& path) {
@@ -241,18 +246,11 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
     for (std::size_t i = 0; i < texts.size(); ++i)
       data += element(texture.name + "-" + std::to_string(i), "text/plain", texts[i]);
   }
-  const std::map<std::string, std::string>& files = turning_page_files();
-  std::string page = files.at("page.html");
-  // from the last on, so that no text is taken for a mark
-  const std::vector<std::string> scripts{"camera.js", "march.js", "page.js"};
-  std::string elements;
-  for (const std::string& script : scripts)
-    elements += "<script>" + files.at(script) + "</script>\n";
-  fill(page, "@SCRIPTS@", elements);
-  fill(page, "@DATA@", data);
-  fill(page, "@PICTURE@", png_of(drawn.image, view.scene));
-  fill(page, "@POLICY@", content_policy(files, scripts));
-  fill(page, "@TITLE@", html_text(fs::path(view.scene.input).filename().string()));
+  const std::string page =
+      filled_page(turning_page_files(), {"camera.js", "march.js", "page.js"},
+                  {{"@DATA@", data},
+                   {"@PICTURE@", png_of(drawn.image, view.scene)},
+                   {"@TITLE@", html_text(fs::path(view.scene.input).filename().string())}});
   check_size(double(page.size()), options);
   return page;
 }

@@ -351,11 +351,7 @@ PYBIND11_MODULE(_core, m) {
     throw Error(static_cast<ExitCode>(code), message);
   });
   // for tests, in a call of `progress`: there a context is current
-  m.def("gl_objects", [] {
-    const gl::ObjectCounts n = gl::count_objects();
-    return std::array{n.textures, n.buffers,       n.framebuffers, n.programs,
-                      n.shaders,  n.vertex_arrays, n.queries};
-  });
+  m.def("gl_objects", &gl::count_objects);
   m.def("close", [] {
     Working::end();
     close_marchers();

@@ -4,6 +4,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
+#include <vector>
+
+#include "base/text.h"
+#include "psivox/error.h"
 
 namespace psivox {
 
@@ -20,6 +24,23 @@ inline std::string json_problem(std::string_view text, const nlohmann::json::exc
   const bool tells = expected != said.npos && said.find("last read: ") == said.npos;
   return "line " + std::to_string(line) + ", column " + std::to_string(column) +
          (tells ? ":" + said.substr(expected + 1) : " is not valid");
+}
+
+/// The JSON of a text. Throws an Error: "not a scene in JSON: line 3, ...", if `what` is a scene.
+inline nlohmann::json parsed_json(std::string_view text, const std::string& what, ExitCode code) {
+  try {
+    return nlohmann::json::parse(text);
+  } catch (const nlohmann::json::exception& error) {
+    throw Error(code, "not " + what + " in JSON: " + json_problem(text, error));
+  }
+}
+
+/// Throws an Error if an object has a key that is not known.
+inline void check_keys(const nlohmann::json& object, const std::vector<std::string>& known,
+                       const std::string& where, ExitCode code) {
+  for (const auto& [key, value] : object.items())
+    if (std::ranges::count(known, key) == 0)
+      throw Error(code, where + ": unknown key " + in_quotes(key) + suggestion(key, known));
 }
 
 }  // namespace psivox

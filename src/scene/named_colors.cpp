@@ -9,10 +9,8 @@
 #include <vector>
 
 #include "base/text.h"
-#include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "scene/enum_names.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -95,17 +93,6 @@ std::vector<double> colormap_knots(Colormap map) {
   std::vector<double> places;
   for (const Knot& k : knots_of(map)) places.push_back(k.u);
   return places;
-}
-
-TransferFunction colormap_function(Colormap map, double range_min, double range_max,
-                                   double data_min, double data_max) {
-  if (!(range_min < range_max))
-    throw Error(ExitCode::input, "colour map over " + number_text(range_min) + " to " +
-                                     number_text(range_max) +
-                                     ": the first must be below the second");
-  Scene scene;
-  scene.colormap = map;
-  return window_function(scene, {range_min, range_max}, {data_min, data_max});
 }
 
 namespace {

@@ -239,31 +239,22 @@ std::string to_json(const Scene& scene) {
   return out + "\n}\n";
 }
 
-Scene scene_from_json(std::string_view text, std::string_view source) {
-  const auto fail = [&](const std::string& what) {
-    throw Error(ExitCode::usage, std::string(source) + ": " + what);
-  };
-  json object;
-  try {
-    object = json::parse(text);
-  } catch (const json::exception& error) {
-    fail("not a scene in JSON: " + json_problem(text, error));
-  }
+Scene scene_from_json(std::string_view text, std::string_view source) try {
+  const auto fail = [](const std::string& what) { throw Error(ExitCode::usage, what); };
+  const json object = parsed_json(text, "a scene", ExitCode::usage);
   if (!object.is_object()) fail("not a scene: expected a JSON object of parameters");
   Scene scene;
   for (const auto& [name, value] : object.items()) {
     const Parameter* p = find_parameter(name);
     if (const std::string problem = p ? text_problem(*p, value) : ""; !problem.empty())
       fail(problem);
-    try {
-      set_parameter(scene, name, p ? bytes_of_utf8(command_line_text(*p, value)) : "");
-    } catch (const Error& error) {
-      fail(error.what());
-    }
+    set_parameter(scene, name, p ? bytes_of_utf8(command_line_text(*p, value)) : "");
   }
   // as for the command line
   if (scene.shows(Shows::depth) && !object.contains("exposure")) scene.exposure.reset();
   return scene;
+} catch (const Error& error) {
+  throw Error(ExitCode::usage, std::string(source) + ": " + error.what());
 }
 
 namespace {

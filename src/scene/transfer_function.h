@@ -126,13 +126,6 @@ TransferFunction read_transfer_function(const std::filesystem::path& path);
 /// linear between them there. Of points that a log scale makes 0 the last one stays.
 TransferFunction scaled_function(const TransferFunction& function, const ValueScale& scale);
 
-/// The function whose attenuation is the value itself (0 if negative) and whose colours are the
-/// map's over [range_min, range_max]. It has points at the map's knots, at the ends of the data and
-/// at 0, the value of vacuum, so that the attenuation is the value up to data_max. Throws
-/// Error(input) if range_min is not below range_max.
-TransferFunction colormap_function(Colormap map, double range_min, double range_max,
-                                   double data_min, double data_max);
-
 /// The function of a scene that windows its values: u is 0 and 1 at the ends of `range`.
 ///
 /// | | attenuation | colour |

@@ -19,10 +19,7 @@ using nlohmann::json;
 
 void check_keys(const json& object, const std::vector<std::string>& known,
                 const std::string& where) {
-  for (const auto& [key, value] : object.items()) {
-    if (std::find(known.begin(), known.end(), key) != known.end()) continue;
-    fail_at(where + ": unknown key " + in_quotes(key) + suggestion(key, known));
-  }
+  psivox::check_keys(object, known, where, ExitCode::input);
 }
 
 double number(const json& value, const std::string& where) {
@@ -110,12 +107,7 @@ TransferFunction read_points(const json& object) {
 }
 
 TransferFunction read(std::string_view text) {
-  json document;
-  try {
-    document = json::parse(text);
-  } catch (const json::exception& error) {
-    fail_at("not a transfer function in JSON: " + json_problem(text, error));
-  }
+  json document = parsed_json(text, "a transfer function", ExitCode::input);
   if (document.is_array()) {
     if (document.size() != 1)
       fail_at("holds " + std::to_string(document.size()) + " colour maps; export one alone");

@@ -10,6 +10,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "psivox/parameters.h"
 #include "scene/cuts.h"
 #include "scene/json_problem.h"
 
@@ -59,58 +60,38 @@ namespace {
 
 using nlohmann::json;
 
-[[noreturn]] void refuse(const std::string& path, const std::string& why) {
-  throw Error(ExitCode::input, "camera path " + in_quotes(path) + ": " + why);
-}
+[[noreturn]] void refuse(const std::string& why) { throw Error(ExitCode::input, why); }
 
-std::optional<glm::dvec3> vector_of(const json& key, const char* name, const std::string& path) {
-  if (!key.contains(name)) return {};
-  const json& v = key[name];
-  if (v.size() != 3) refuse(path, std::string(name) + ": expected [x,y,z], not " + v.dump());
-  return glm::dvec3(v.at(0).get<double>(), v.at(1).get<double>(), v.at(2).get<double>());
-}
-
-CameraKey key_of(const json& entry, const std::string& path) {
-  for (const auto& [name, value] : entry.items()) {
-    const std::vector<std::string> known{"frame", "position", "target", "up", "fov", "ease"};
-    if (std::ranges::find(known, name) == known.end())
-      refuse(path, "a key has no " + in_quotes(name) + suggestion(name, known));
-  }
+/// All but `frame` and `ease` are parameters of the camera.
+CameraKey key_of(json entry) {
   CameraKey key;
   key.frame = entry.at("frame").get<double>();
-  key.position = vector_of(entry, "position", path);
-  key.target = vector_of(entry, "target", path);
-  key.up = vector_of(entry, "up", path);
-  if (key.up && !has_direction(*key.up)) refuse(path, "up has no direction: it is 0");
-  if (entry.contains("fov")) key.fov = entry["fov"].get<double>();
-  if (key.fov && !(*key.fov > 0 && *key.fov < 180))
-    refuse(path, "fov is above 0 and below 180 degrees, not " + number_text(*key.fov));
   const std::string ease = entry.value("ease", "smooth");
   if (ease != "smooth" && ease != "linear")
-    refuse(path, "ease is smooth or linear, not " + in_quotes(ease));
+    refuse("ease is smooth or linear, not " + in_quotes(ease));
   key.linear = ease == "linear";
+  json camera = json::object();
+  for (const auto& [name, value] : entry.items())
+    if (name != "frame" && name != "ease") camera[(name == "fov" ? "" : "camera-") + name] = value;
+  key.camera = scene_from_json(camera.dump(), "a key");
+  if (key.camera.camera_up && !has_direction(*key.camera.camera_up))
+    refuse("up has no direction: it is 0");
   return key;
 }
 
-json parsed(const std::string& text, const std::string& path) {
-  try {
-    return json::parse(text);
-  } catch (const json::exception& error) {
-    refuse(path, "not JSON: " + json_problem(text, error));
-  }
-}
-
-std::vector<CameraKey> keys_of(const std::string& text, const std::string& path) {
+std::vector<CameraKey> keys_of(const std::string& text) {
+  const json file = parsed_json(text, "a camera path", ExitCode::input);
   std::vector<CameraKey> keys;
   try {
-    const json file = parsed(text, path);
     for (const json& entry : file.is_array() ? file : file.at("keys"))
-      keys.push_back(key_of(entry, path));
+      keys.push_back(key_of(entry));
   } catch (const json::exception&) {
-    refuse(path,
-           "expected {\"keys\": [{\"frame\": 1, \"position\": [x,y,z], \"target\": [x,y,z]}, "
-           "...]}");
+    refuse(
+        "expected {\"keys\": [{\"frame\": 1, \"position\": [x,y,z], \"target\": [x,y,z]}, "
+        "...]}");
   }
+  if (keys.empty()) refuse("it has no key");
+  std::ranges::stable_sort(keys, {}, &CameraKey::frame);
   return keys;
 }
 
@@ -125,6 +106,7 @@ std::optional<T> between(const std::optional<T>& a, const std::optional<T>& b, d
 
 CameraPath CameraPath::read(const std::string& path, bool z_up, double rate) {
   CameraPath result;
+  const std::string who = "camera path " + in_quotes(path) + ": ";
   if (!path.ends_with(".json")) {
     const CameraAnimation animation = read_camera_animation(path, z_up);
     // glTF has seconds in float32
@@ -136,14 +118,17 @@ CameraPath CameraPath::read(const std::string& path, bool z_up, double rate) {
     result.last_ = frame_of(animation.end);
     result.camera_ = [rate, at = animation.at](double frame) { return at(frame / rate); };
   } else {
-    result.keys_ = keys_of(read_text(path, "camera path"), path);
-    if (result.keys_.empty()) refuse(path, "it has no key");
-    std::ranges::stable_sort(result.keys_, {}, &CameraKey::frame);
+    const std::string text = read_text(path, "camera path");
+    try {
+      result.keys_ = keys_of(text);
+    } catch (const Error& error) {
+      refuse(who + error.what());
+    }
     result.first_ = result.keys_.front().frame;
     result.last_ = result.keys_.back().frame;
   }
   constexpr double most = 1e9;
-  if (result.first_ < -most || result.last_ > most) refuse(path, "it has frames beyond a billion");
+  if (result.first_ < -most || result.last_ > most) refuse(who + "it has frames beyond a billion");
   return result;
 }
 
@@ -158,10 +143,13 @@ Scene CameraPath::at(Scene scene, double frame) const {
   const CameraKey& a = after == keys_.begin() ? b : *std::prev(after);
   double s = b.frame > a.frame ? std::clamp((frame - a.frame) / (b.frame - a.frame), 0.0, 1.0) : 1;
   if (!a.linear) s = s * s * (3 - 2 * s);
-  if (const auto v = between(a.position, b.position, s)) scene.camera_position = v;
-  if (const auto v = between(a.target, b.target, s)) scene.camera_target = v;
-  if (const auto v = between(a.up, b.up, s)) scene.camera_up = v;
-  if (const auto v = between(a.fov, b.fov, s)) scene.fov = v;
+  const auto set = [&](auto member) {
+    if (const auto v = between(a.camera.*member, b.camera.*member, s)) scene.*member = v;
+  };
+  set(&Scene::camera_position);
+  set(&Scene::camera_target);
+  set(&Scene::camera_up);
+  set(&Scene::fov);
   return scene;
 }
 

@@ -30,9 +30,8 @@ View followed(View view);
 /// A camera at a place on its path. What no key sets is the scene's.
 struct CameraKey {
   double frame = 0;
-  std::optional<glm::dvec3> position, target, up;
-  std::optional<double> fov;  ///< horizontal [degrees]
-  bool linear = false;        ///< until the next key; else eased in and out by 3s^2 - 2s^3
+  Scene camera;         ///< its position, target, up and fov
+  bool linear = false;  ///< until the next key; else eased in and out by 3s^2 - 2s^3
 };
 
 /// The way of a camera over a sequence's frames.

@@ -23,15 +23,9 @@ constexpr std::size_t most_headers = 4096;
 
 /// World bounds of a box that is placed in a scene.
 std::pair<glm::dvec3, glm::dvec3> placed_box(const glm::dmat4& m, const GridPlace& place) {
-  glm::dvec3 low(HUGE_VAL), high(-HUGE_VAL);
-  for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner =
-        glm::mix(place.world_min, place.world_max, glm::dvec3(cube_corner(i)));
-    const glm::dvec3 at(m * glm::dvec4(corner, 1));
-    low = glm::min(low, at);
-    high = glm::max(high, at);
-  }
-  return {low, high};
+  return bounds_of({glm::ivec3(0), glm::ivec3(1)}, [&](const glm::dvec3& part) {
+    return glm::dvec3(m * glm::dvec4(glm::mix(place.world_min, place.world_max, part), 1));
+  });
 }
 
 }  // namespace

@@ -35,33 +35,6 @@ std::string png_bytes(const fs::path& png, int width) {
   return image_io::png_bytes(shrunk(image, width));
 }
 
-void fill(std::string& page, const std::string& mark, const std::string& text) {
-  page.replace(page.find(mark), mark.size(), text);
-}
-
-struct RuleSource {
-  const char* paper;
-  const char* doi;
-};
-
-RuleSource source_of(Integrator rule) {
-  switch (rule) {
-    case Integrator::porter_duff:
-      return {"Porter and Duff 1984", "10.1145/800031.808606"};
-    case Integrator::midpoint:
-    case Integrator::cell_exact:
-      return {"Max 1995", "10.1109/2945.468400"};
-    case Integrator::psi_exact:
-    case Integrator::linear_source:
-      return {"Williams, Max and Stein 1998", "10.1109/2945.675650"};
-    case Integrator::preintegrated:
-    case Integrator::preintegrated_fast:
-      return {"Engel, Kraus and Ertl 2001", "10.1145/383507.383515"};
-    default:
-      return {"Moreland and Angel 2004", "10.1109/SVVG.2004.2"};
-  }
-}
-
 }  // namespace
 
 std::string two_digits(double value) {
@@ -102,10 +75,9 @@ std::string csv_text(const std::vector<Json>& rows) {
 Json rules_json() {
   Json rules = Json::array();
   for (const IntegratorInfo& rule : integrators) {
-    const auto [paper, doi] = source_of(rule.id);
     std::string name = rule.name;
     std::ranges::replace(name, '_', '-');
-    rules.push_back({{"name", name}, {"help", rule.help}, {"paper", paper}, {"doi", doi}});
+    rules.push_back({{"name", name}, {"help", rule.help}});
   }
   return rules;
 }
@@ -118,19 +90,13 @@ void write_page(const fs::path& folder, const std::string& title, const std::str
       files["pictures"][file] = base64(png_bytes(folder / file, width));
   for (const std::string& link : links)
     if (fs::exists(folder / link)) files["links"].push_back(link);
-  const std::vector<std::string> scripts = {"plots.js", "page.js"};
-  std::string elements;
-  for (const std::string& script : scripts)
-    elements += "<script>" + page_files().at(script) + "</script>\n";
-  std::string page = page_files().at("page.html");
-  // from the last on, so that no text is taken for a mark
-  fill(page, "@SCRIPTS@", elements);
-  fill(page, "@DATA@", without_tags(data));
-  fill(page, "@FILES@", without_tags(files.dump(-1, ' ', false, Json::error_handler_t::replace)));
-  fill(page, "@HEADING@", html_text(title));
-  fill(page, "@STYLE@", page_files().at("page.css"));
-  fill(page, "@TITLE@", html_text(title));
-  fill(page, "@POLICY@", content_policy(page_files(), scripts));
+  const std::string listed = files.dump(-1, ' ', false, Json::error_handler_t::replace);
+  const std::string page = filled_page(page_files(), {"plots.js", "page.js"},
+                                       {{"@DATA@", without_tags(data)},
+                                        {"@FILES@", without_tags(listed)},
+                                        {"@HEADING@", html_text(title)},
+                                        {"@STYLE@", page_files().at("page.css")},
+                                        {"@TITLE@", html_text(title)}});
   write_text((folder / page_name).string(), page);
 }
 

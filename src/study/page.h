@@ -32,7 +32,7 @@ std::string csv_text(const std::vector<Json>& rows, const std::string& head);
 /// The head has the names of the first row.
 std::string csv_text(const std::vector<Json>& rows);
 
-/// Every rule: its name, what it is, and the paper that it is from.
+/// Every rule: its name, and what it is.
 Json rules_json();
 
 inline constexpr const char* page_name = "index.html";

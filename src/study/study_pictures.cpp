@@ -260,17 +260,14 @@ ForeignPicture foreign_picture(const nlohmann::json& item, const std::filesystem
   const auto fail = [](const std::string& what) { throw Error(ExitCode::usage, what); };
   if (!item.is_object() || !item.contains("name") || !item.contains("picture"))
     fail("each picture is an object with name and picture, not " + in_quotes(item.dump()));
-  for (const auto& [key, value] : item.items()) {
-    const std::vector<std::string> keys = {"name", "picture", "time_ms"};
-    if (!std::ranges::count(keys, key)) fail("no key " + in_quotes(key) + suggestion(key, keys));
-    const bool fits = key == "time_ms" ? value.is_number() || value.is_null() : value.is_string();
-    if (!fits)
-      fail(key + ": expected a " + (key == "time_ms" ? "number" : "text") + ", not " +
-           value.dump());
-  }
+  check_keys(item, {"name", "picture", "time_ms"}, "a picture", ExitCode::usage);
+  for (const char* key : {"name", "picture"})
+    if (!item[key].is_string())
+      fail(std::string(key) + ": expected a text, not " + item[key].dump());
+  const nlohmann::json time = item.value("time_ms", nlohmann::json());
+  if (!time.is_number() && !time.is_null()) fail("time_ms: expected a number, not " + time.dump());
   const std::filesystem::path file = path.parent_path() / item["picture"].get<std::string>();
-  const bool timed = item.contains("time_ms") && item["time_ms"].is_number();
-  return {item["name"], file.string(), timed ? item["time_ms"].get<double>() : 0};
+  return {item["name"], file.string(), time.is_null() ? 0 : time.get<double>()};
 }
 
 }  // namespace
@@ -279,12 +276,9 @@ std::vector<ForeignPicture> read_foreign_pictures(const std::string& path) {
   const std::string text = read_text(path, "list of pictures");
   std::vector<ForeignPicture> pictures;
   try {
-    const auto list = nlohmann::json::parse(text);
+    const auto list = parsed_json(text, "a list of pictures", ExitCode::usage);
     if (!list.is_array()) throw Error(ExitCode::usage, "expected a list, [{\"name\": , ...}, ...]");
     for (const auto& item : list) pictures.push_back(foreign_picture(item, path));
-  } catch (const nlohmann::json::exception& error) {
-    throw Error(ExitCode::usage,
-                path + ": not a list of pictures in JSON: " + json_problem(text, error));
   } catch (const Error& error) {
     throw Error(ExitCode::usage, path + ": " + error.what());
   }

@@ -185,12 +185,8 @@ std::vector<Case> verify_cases() {
 }
 
 double largest_difference(const Image& a, const Image& b) {
-  double worst = 0;
-  for (std::size_t i = 0; i < a.rgba().size(); ++i) {
-    const double difference = std::abs(double(a.rgba()[i]) - double(b.rgba()[i]));
-    if (!(difference <= worst) && !std::isnan(worst)) worst = difference;
-  }
-  return worst;
+  const Comparison found = compare_images(a, b);
+  return found.not_finite ? std::nan("") : found.max;
 }
 
 VerifyCase run_case(const Case& c, Marcher& gpu, Filter filter) {

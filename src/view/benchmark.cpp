@@ -1,9 +1,6 @@
 #include "view/benchmark.h"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <fstream>
 
 #include "base/stopwatch.h"
 #include "psivox/error.h"
@@ -29,17 +26,6 @@ double until_exact(Viewer& viewer, double* first_part_ms = nullptr) {
   return start.ms();
 }
 
-double resident_mib() {
-  std::ifstream file("/proc/self/statm");
-  double total = 0, resident = 0;
-  file >> total >> resident;
-  return resident * double(sysconf(_SC_PAGESIZE)) / (1 << 20);
-}
-
-Footprint footprint(const Viewer& viewer) {
-  return {resident_mib(), gl::count_objects(), viewer.pictures().objects};
-}
-
 /// Presses the left button on the picture, right of its middle, and returns the pointer's place. In
 /// a small window a panel lies there: it is closed.
 glm::dvec2 press_on_picture(Viewer& viewer) {
@@ -55,18 +41,6 @@ glm::dvec2 press_on_picture(Viewer& viewer) {
     throw Error(ExitCode::failure, "the window is too small to orbit in; give --resolution");
   viewer.window().post({Event::Kind::button, pointer, 0, true});
   return pointer;
-}
-
-void orbit_a_little(Viewer& viewer) {
-  using Kind = Event::Kind;
-  glm::dvec2 pointer = press_on_picture(viewer);
-  for (int i = 0; i < 8; ++i) {
-    pointer += glm::dvec2(15, i % 2 ? 4 : -4);
-    viewer.window().post({Kind::move, pointer});
-    do next_frame(viewer, 0.05);
-    while (viewer.pictures().shown != viewer.pictures().wished);
-  }
-  viewer.window().post({Kind::button, pointer, 0, false});
 }
 
 }  // namespace
@@ -100,29 +74,6 @@ OrbitTimes benchmark_orbit(Viewer& viewer, int pictures) {
 
   times.intervals_ms.assign(intervals.begin() + settling, intervals.end());
   return times;
-}
-
-SessionReport benchmark_session(Viewer& viewer, const std::vector<std::string>& files,
-                                int switches) {
-  const auto count = int(files.size());
-  const auto whole_turns = [&](int n) { return (n + count - 1) / count * count; };
-  SessionReport report;
-  report.switches = whole_turns(switches);
-  const int settled = std::max(whole_turns(switches / 4), 2 * count);
-  until_exact(viewer);
-  const Stopwatch start;
-  for (int i = 1; i <= report.switches; ++i) {
-    viewer.window().post({Event::Kind::drop, {}, 0, false, 0, {files[std::size_t(i % count)]}});
-    do next_frame(viewer, 0.05);
-    while (viewer.loading() || viewer.pictures().shown != viewer.pictures().wished);
-    orbit_a_little(viewer);
-    until_exact(viewer);
-    if (i == settled) report.settled = footprint(viewer);
-    if (i >= settled) report.most_mib = std::max(report.most_mib, resident_mib());
-  }
-  report.end = footprint(viewer);
-  report.seconds = 1e-3 * start.ms();
-  return report;
 }
 
 }  // namespace psivox::view

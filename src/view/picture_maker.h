@@ -25,7 +25,7 @@ struct ViewerOptions {
   bool quiet = false;
   /// To open, in place of the scene's input: several files of a sequence.
   std::vector<std::string> inputs = {};
-  bool count_objects = false;  ///< for PictureState::objects; benchmark.h reads them
+  bool count_objects = false;  ///< for PictureState::objects, which tests read
   /// Tells what a look has chosen; called unless `quiet`.
   std::function<void(const LookedScene&)> tell_look = {};
   /// Runs `psivox render` with these arguments, and throws its errors.
@@ -116,9 +116,9 @@ struct PictureState {
   Rung rung;  ///< of the last preview
   /// Error of the left exact picture, if its march was planned or the window shows the error.
   std::optional<double> estimated_rms;
-  glm::dvec2 layer_range{0};  ///< values at the ends of a layer's colours
-  std::string renderer;       ///< once known
-  gl::ObjectCounts objects;   ///< of its context with the exact picture, if they are counted
+  glm::dvec2 layer_range{0};   ///< values at the ends of a layer's colours
+  std::string renderer;        ///< once known
+  gl::ObjectCounts objects{};  ///< of its context with the exact picture, if they are counted
 
   bool complete() const { return refined && refined == wished; }
 };

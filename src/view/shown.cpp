@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "psivox/parameters.h"
-#include "scene/transfer_function.h"
+#include "scene/color.h"
 
 namespace psivox::view {
 namespace {
@@ -17,10 +17,12 @@ const Layer* layer_of(const Image& image, ShownLayer layer) {
   return found == image.layers.end() ? nullptr : &*found;
 }
 
-void paint(const std::vector<float>& values, const TransferFunction& map, std::span<float> rgba) {
+/// Values at both ends of `range` have the ends of the colour map.
+void paint(const std::vector<float>& values, const glm::dvec2& range, std::span<float> rgba) {
   for (std::size_t i = 0; i < values.size(); ++i) {
     const bool there = std::isfinite(values[i]);
-    const glm::dvec3 color = there ? map.at(values[i]).color : glm::dvec3(0);
+    const double place = (double(values[i]) - range.x) / (range.y - range.x);
+    const glm::dvec3 color = there ? colormap_color(Colormap::viridis, place) : glm::dvec3(0);
     for (std::size_t c = 0; c < 3; ++c) rgba[4 * i + c] = float(color[int(c)]);
     rgba[4 * i + 3] = there ? 1.0f : 0.0f;
   }
@@ -69,8 +71,7 @@ glm::dvec2 show_layer(ShownLayer layer, std::span<Image> images) {
   }
   if (layer != ShownLayer::depth || low > high) low = 0;
   if (!(low < high)) high = low + 1;
-  const TransferFunction map = colormap_function(Colormap::viridis, low, high, low, high);
-  for (Image& image : images) paint(layer_of(image, layer)->values, map, image.rgba());
+  for (Image& image : images) paint(layer_of(image, layer)->values, {low, high}, image.rgba());
   return {low, high};
 }
 

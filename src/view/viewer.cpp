@@ -29,7 +29,7 @@ Viewer::Viewer(const Scene& scene, const ViewerOptions& options)
       maker_(options, scene.device, Window::wake),
       messages_([this] { redraw(3); }),
       now_{scene, LookChoice(scene), {}, options.inputs} {
-  now_.look.start_again(now_.scene);
+  now_.look.ask(now_.look.start(), now_.scene, /*camera_too=*/true);
   if (now_.inputs.empty() && !now_.scene.input.empty()) now_.inputs = {now_.scene.input};
   if (now_.inputs.empty()) return;
   panels_.open_path = now_.inputs.front();

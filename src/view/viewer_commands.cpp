@@ -219,13 +219,13 @@ void Viewer::open_scene(const std::string& path) {
   Scene scene = read_scene_file(path).scene;
   if (scene.input.empty()) scene.input = now_.scene.input;
   Opened next{scene, LookChoice(scene), Sequence::of({scene.input}), {scene.input}};
-  next.look.start_again(next.scene);
+  next.look.ask(next.look.start(), next.scene, /*camera_too=*/true);
   start(std::move(next), path);
 }
 
 void Viewer::open_files(const std::vector<std::string>& inputs) {
   Opened next{now_.scene, now_.look, Sequence::of(inputs), inputs};
-  next.look.start_again(next.scene);
+  next.look.ask(next.look.start(), next.scene, /*camera_too=*/true);
   next.scene = for_another_file(next.scene);
   start(std::move(next), inputs.front());
 }
@@ -268,11 +268,11 @@ void Viewer::set_scene(const Scene& scene) {
   now_.scene.resolution = before.resolution;
   if (scene.colormap && scene.colormap != before.colormap && !asks_for_look(before)) {
     // what render chooses for the map, in place of what was chosen for the last one
-    now_.look.suit_again(now_.scene);
+    now_.look.ask(now_.look.start(), now_.scene);
     volume_.retry();
   } else if (has_bright_background(scene) != has_bright_background(before) &&
              !asks_for_look(before)) {
-    now_.look.choose_again(now_.scene);
+    now_.look.ask(now_.look.name(), now_.scene);
     volume_.retry();
   }
   redraw(3);
@@ -294,7 +294,8 @@ void Viewer::choose_look(const std::string& name) {
   if (now_.scene.input.empty()) return;
   if (!fallback_) fallback_ = now_;
   remember();
-  now_.look.choose(name, now_.scene);
+  now_.scene = without_look(now_.scene);
+  now_.look.ask(name, now_.scene);
   if (!asks_for_look(now_.scene)) messages_.say("look " + name);
   volume_.retry();
   redraw(3);

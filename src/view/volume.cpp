@@ -199,39 +199,15 @@ Scene with_medium_of(const Volume& volume, const Scene& scene) {
 LookChoice::LookChoice(const Scene& start)
     : start_(leaves_look_open(start) ? "auto" : start.look), name_(start_) {}
 
-void LookChoice::ask(const std::string& name, Scene& scene) {
+void LookChoice::ask(const std::string& name, Scene& scene, bool camera_too) {
+  for (const std::string& set : std::exchange(set_, {})) {
+    const Parameter& p = *find_parameter(set);
+    if ((camera_too || p.group != ParameterGroup::camera) && has_same(scene, set_scene_, p))
+      set_default(scene, p);
+  }
   name_ = name;
   chosen_.clear();
   scene.look = name;
-}
-
-void LookChoice::take_back(Scene& scene, bool camera) {
-  for (const std::string& name : std::exchange(set_, {})) {
-    const Parameter& p = *find_parameter(name);
-    if (!camera && p.group == ParameterGroup::camera) continue;
-    if (has_same(scene, set_scene_, p)) set_default(scene, p);
-  }
-}
-
-void LookChoice::start_again(Scene& scene) {
-  take_back(scene, true);
-  ask(start_, scene);
-}
-
-void LookChoice::suit_again(Scene& scene) {
-  take_back(scene, false);
-  ask(start_, scene);
-}
-
-void LookChoice::choose_again(Scene& scene) {
-  take_back(scene, false);
-  ask(name_, scene);
-}
-
-void LookChoice::choose(const std::string& name, Scene& scene) {
-  take_back(scene, false);
-  scene = without_look(scene);
-  ask(name, scene);
 }
 
 std::string LookChoice::take(const Volume& volume, Scene& scene) {

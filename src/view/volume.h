@@ -203,15 +203,12 @@ class LookChoice {
   /// look open.
   explicit LookChoice(const Scene& start);
 
-  /// Has the scene ask for the look of the start, without what the last look has set. What the user
-  /// has changed since then stays.
-  void start_again(Scene& scene);
-  /// The same for another colour map, which a look of its own suits. The camera stays.
-  void suit_again(Scene& scene);
-  /// The same look for another background.
-  void choose_again(Scene& scene);
-  /// Has the scene ask for a look, in place of all that it says of how a picture looks.
-  void choose(const std::string& name, Scene& scene);
+  /// Has the scene ask for a look (`auto`, `smoke`, a name or path of the user's own), without what
+  /// the last look has set; the camera stays unless `camera_too`. What the user has changed since
+  /// then stays.
+  void ask(const std::string& name, Scene& scene, bool camera_too = false);
+  const std::string& start() const { return start_; }
+  const std::string& name() const { return name_; }
   /// Takes what a volume's look has chosen over to the scene that asked for it, except what the
   /// user has changed meanwhile. Returns what to tell the user; empty: nothing.
   std::string take(const Volume& volume, Scene& scene);
@@ -222,10 +219,7 @@ class LookChoice {
   std::string text() const;
 
  private:
-  void ask(const std::string& name, Scene& scene);
-  void take_back(Scene& scene, bool camera);
-
-  std::string start_, name_;
+  std::string start_, name_;      ///< the program's, and the one that was asked for last
   std::string chosen_;            ///< by `auto`
   std::vector<std::string> set_;  ///< parameters that were chosen
   Scene set_scene_;               ///< with their values

@@ -78,11 +78,21 @@
   const foreignInks = ['#006e6e', '#964b00', '#5a00a0', '#5a5a5a'];
   const isChosen = point => point.tolerance !== undefined;
 
+  /** The papers that the rules are from, and their DOIs; the others are from the first. */
+  const papers = [
+    ['Moreland and Angel 2004', '10.1109/SVVG.2004.2', []],
+    ['Porter and Duff 1984', '10.1145/800031.808606', ['porter-duff']],
+    ['Max 1995', '10.1109/2945.468400', ['midpoint', 'cell-exact']],
+    ['Williams, Max and Stein 1998', '10.1109/2945.675650', ['psi-exact', 'linear-source']],
+    ['Engel, Kraus and Ertl 2001', '10.1145/383507.383515', ['preintegrated', 'preintegrated-fast']]];
+
   function ruleList(points) {
     const used = new Set(points.filter(p => !isChosen(p)).map(p => p.rule));
-    return element('ul', {}, ...data.rules.filter(({name}) => used.has(name)).map(
-      ({name, help, paper, doi}) => element('li', {}, `${name}: ${help} (`,
-        element('a', {href: `https://doi.org/${doi}`}, paper), ')')));
+    return element('ul', {}, ...data.rules.filter(({name}) => used.has(name)).map(({name, help}) => {
+      const [paper, doi] = papers.find(([, , rules]) => rules.includes(name)) ?? papers[0];
+      return element('li', {}, `${name}: ${help} (`,
+        element('a', {href: `https://doi.org/${doi}`}, paper), ')');
+    }));
   }
 
   /** The points by their curves, each from coarse to fine. */
