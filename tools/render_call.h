@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdio>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -114,7 +113,7 @@ struct RenderReport {
   WrittenPicture written;
 
   std::string json() const;
-  std::string table() const;  ///< to be read by people
+  std::string table() const;  ///< lines to be read by people
 };
 
 /// Whether a look's background is wanted: not where a picture may be composited as it is, nor where

@@ -1,6 +1,6 @@
-// What psivox's programs cost on GPUs, without one: RADV compiles them for AMD's, navi21 or the
-// family that RADV_FORCE_FAMILY names. Prints a table of listed programs, and their faults: a
-// program that glslang refuses, spills, or on navi21 registers far above the list's.
+// gpu_cost [--assets DIR] [--check]: what psivox's programs cost on GPUs, without one: RADV
+// compiles them for AMD's. Prints a table of listed programs. --check prints nothing but faults: a
+// program that glslang refuses, spills, or registers far above the list's.
 #include <glslang/Public/ResourceLimits.h>
 #include <glslang/Public/ShaderLang.h>
 #include <glslang/SPIRV/GlslangToSpv.h>
@@ -31,13 +31,13 @@ using namespace psivox;
 constexpr int skipped = 77;        // ctest's code for a test that cannot run here
 constexpr int free_binding = 31;   // which no image or texture takes
 constexpr int more_registers = 8;  // than the list's are allowed: one granule of the hardware's
-const std::string listed_family = "navi21";
+const char* const families[] = {"navi21", "gfx1100"};
 
 /// A scene over assets/blobs.vdb whose program for the picture is measured.
 struct Listed {
   std::string name;
   std::string scene;  ///< JSON, as --scene reads it; transfer functions by their names in assets/
-  int registers = 0;  ///< least so far, passing over octants: vector registers on listed_family
+  int registers = 0;  ///< least so far, passing over octants: vector registers on navi21
   std::string shader = "march.frag";
 };
 
@@ -109,8 +109,7 @@ class Recorder : public Marcher {
 };
 
 /// The GLSL of a listed program, found among the programs that a GPU would draw its scene with.
-std::string text_of(const Listed& listed) {
-  const std::filesystem::path assets = PSIVOX_ASSETS;
+std::string text_of(const Listed& listed, const std::filesystem::path& assets) {
   Scene scene = scene_from_json("{" + listed.scene + "}");
   scene.input = (assets / "blobs.vdb").string();
   if (!scene.transfer_function.empty())
@@ -158,9 +157,9 @@ std::vector<vk::DescriptorSetLayoutBinding> bindings_of(glslang::TProgram& progr
 }
 
 /// Compiles OpenGL's GLSL by glslang: its uniforms become a block, and bindings are numbered.
-/// spirv-opt's passes for performance follow. Throws std::runtime_error with the compiler's first
-/// message.
-Module module_from_glsl(const std::string& text) {
+/// `optimised`: by spirv-opt's passes for performance. Throws std::runtime_error with the
+/// compiler's first message.
+Module module_from_glsl(const std::string& text, bool optimised = true) {
   static const Glslang glslang_of_process;
   const auto messages = EShMessages(EShMsgSpvRules | EShMsgVulkanRules);
   glslang::TShader shader(EShLangCompute);
@@ -178,13 +177,17 @@ Module module_from_glsl(const std::string& text) {
   program.addShader(&shader);
   if (!program.link(messages) || !program.mapIO()) fail(program.getInfoLog());
 
-  std::vector<std::uint32_t> plain;
-  glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), plain);
-  Module module{{}, bindings_of(program)};
-  spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_3);
-  optimizer.RegisterPerformancePasses();
-  if (!optimizer.Run(plain.data(), plain.size(), &module.code))
-    throw std::runtime_error("spirv-opt refuses the module");
+  Module module;
+  glslang::GlslangToSpv(*program.getIntermediate(EShLangCompute), module.code);
+  module.bindings = bindings_of(program);
+  if (optimised) {
+    spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_3);
+    optimizer.RegisterPerformancePasses();
+    std::vector<std::uint32_t> better;
+    if (!optimizer.Run(module.code.data(), module.code.size(), &better))
+      throw std::runtime_error("spirv-opt refuses the module");
+    module.code = std::move(better);
+  }
   return module;
 }
 
@@ -192,7 +195,6 @@ Module module_from_glsl(const std::string& text) {
 
 vk::raii::Instance open_instance(const vk::raii::Context& context, const std::string& family) {
   setenv("RADV_FORCE_FAMILY", family.c_str(), 1);
-  setenv("MESA_SHADER_CACHE_DISABLE", "true", 1);  // builds are timed
   const vk::ApplicationInfo application({}, 0, {}, 0, VK_API_VERSION_1_3);
   return {context, vk::InstanceCreateInfo({}, &application)};
 }
@@ -243,44 +245,87 @@ class NullDevice {
   vk::raii::Device device_;
 };
 
-/// Prints a program's row of the table; returns what is wrong with it.
-std::string measure(const Listed& listed, const NullDevice& device, bool of_list) try {
-  const Module module = module_from_glsl(text_of(listed));
+int spills_of(const Statistics& s) { return s.at("Spilled VGPRs") + s.at("Spilled SGPRs"); }
+
+// --- the table, and the test
+
+void print_row(const Listed& listed, const std::string& text, const NullDevice& device) {
+  const Statistics s = device.compile(module_from_glsl(text));
+  const Module unchanged = module_from_glsl(text, false);
   const Stopwatch building;
-  const Statistics s = device.compile(module);
-  const int spills = s.at("Spilled VGPRs") + s.at("Spilled SGPRs"), registers = s.at("VGPRs");
-  std::printf("| %s | %d | %d | %d | %d | %d | %d | %.0f |\n", listed.name.c_str(), registers,
-              spills, s.at("Subgroups per SIMD"), s.at("Instructions"), s.at("Branches"),
-              s.at("Inverse Throughput"), building.cpu_ms());
-  if (spills) return std::to_string(spills) + " registers are spilled";
-  if (!of_list || registers <= listed.registers + more_registers) return "";
-  return std::to_string(registers) + " registers, " + std::to_string(listed.registers) +
-         " were enough before";
-} catch (const std::exception& error) {
-  return error.what();
+  const Statistics plain = device.compile(unchanged);
+  std::printf("| %s | %d | %d | %d | %d | %d | %d | %d | %.0f |\n", listed.name.c_str(),
+              s.at("VGPRs"), spills_of(s), s.at("Subgroups per SIMD"), s.at("Instructions"),
+              s.at("Branches"), s.at("Inverse Throughput"), plain.at("VGPRs"), building.cpu_ms());
 }
 
-}  // namespace
+void print_table(const std::filesystem::path& assets) {
+  std::vector<std::string> texts;
+  for (const Listed& listed : listed_programs) texts.push_back(text_of(listed, assets));
+  for (const char* family : families) {
+    const NullDevice device(family);
+    std::printf(
+        "\n%s\n\n| program | VGPRs | spills | waves per SIMD | instructions | branches | inverse "
+        "throughput | plain: VGPRs | build [ms] |\n|---|---|---|---|---|---|---|---|---|\n",
+        family);
+    for (std::size_t i = 0; i < texts.size(); ++i) print_row(listed_programs[i], texts[i], device);
+  }
+}
 
-int main() {
-  const char* wanted = std::getenv("RADV_FORCE_FAMILY");
-  const std::string family = wanted ? wanted : listed_family;
+/// Prints the faults of the listed programs; returns their number.
+int check_programs(const NullDevice& device, const std::filesystem::path& assets) {
+  int faults = 0;
+  for (const Listed& listed : listed_programs) {
+    std::string fault;
+    try {
+      const Statistics s = device.compile(module_from_glsl(text_of(listed, assets)));
+      if (spills_of(s)) fault = std::to_string(spills_of(s)) + " registers are spilled";
+      if (s.at("VGPRs") > listed.registers + more_registers)
+        fault = std::to_string(s.at("VGPRs")) + " registers, " + std::to_string(listed.registers) +
+                " were enough before";
+    } catch (const std::exception& error) {
+      fault = error.what();
+    }
+    if (fault.empty()) continue;
+    std::printf("%s: %s\n", listed.name.c_str(), fault.c_str());
+    ++faults;
+  }
+  return faults;
+}
+
+int check_all(const std::filesystem::path& assets) {
   std::optional<NullDevice> device;
   try {
-    device.emplace(family);
+    device.emplace(families[0]);
   } catch (const std::runtime_error& error) {
     std::printf("skipped: %s\n", error.what());
     return skipped;
   }
-  std::printf(
-      "%s\n\n| program | VGPRs | spills | waves per SIMD | instructions | branches | inverse "
-      "throughput | build [ms] |\n|---|---|---|---|---|---|---|---|\n",
-      family.c_str());
-  bool faulty = false;
-  for (const Listed& listed : listed_programs) {
-    const std::string fault = measure(listed, *device, family == listed_family);
-    if (!fault.empty()) std::printf("%s: %s\n", listed.name.c_str(), fault.c_str());
-    faulty |= !fault.empty();
+  return check_programs(*device, assets) ? 1 : 0;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  std::string assets = "assets";
+  bool check = false;
+  for (int i = 1; i < argc; ++i) {
+    const std::string argument = argv[i];
+    if (argument == "--check") {
+      check = true;
+    } else if (argument == "--assets" && i + 1 < argc) {
+      assets = argv[++i];
+    } else {
+      std::fprintf(stderr, "usage: gpu_cost [--assets DIR] [--check]\n");
+      return 2;
+    }
   }
-  return faulty ? 1 : 0;
+  try {
+    if (check) return check_all(assets);
+    print_table(assets);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "gpu_cost: %s\n", error.what());
+    return 1;
+  }
+  return 0;
 }
