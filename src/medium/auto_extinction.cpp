@@ -80,17 +80,14 @@ glm::ivec3 densest_voxel(const Field& field, const Attenuation& attenuation) {
     glm::ivec3 place;
     double largest;
   };
-  Voxel densest{field.active_box.min, 0};
-  visit_leaves(field, [&](std::span<const Leaf> leaves) {
-    for (const Leaf& leaf : leaves) {
-      const LeafValues values = values_of(field, leaf);
-      for (int i = 0; i < 512; ++i) {
-        const glm::ivec3 voxel = leaf_voxel(i);
-        const double value = attenuation(*values.at(voxel));
-        if (value > densest.largest) densest = {leaf.origin + voxel, value};
-      }
-    }
-  });
+  Voxel densest = fold_leaves(
+      field, Voxel{field.active_box.min, 0},
+      [&](Voxel& found, const Leaf& leaf, const OrderedValues& values) {
+        for (int i = 0; i < 512; ++i)
+          if (const double value = attenuation(values[std::size_t(i)]); value > found.largest)
+            found = {leaf.origin + leaf_voxel(i), value};
+      },
+      [](const Voxel& a, const Voxel& b) { return b.largest > a.largest ? b : a; });
   for (const Tile& tile : field.tiles) {
     const double value = attenuation(tile.value.x);
     if (value > densest.largest)

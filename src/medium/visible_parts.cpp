@@ -1,8 +1,6 @@
 #include "medium/visible_parts.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "field/field_index.h"
 #include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
@@ -153,20 +152,14 @@ class BlockFinder {
  private:
   /// Of all voxels, inside the domain or not.
   WeightCounts counts() const {
-    WeightCounts sum;
-    visit_leaves(field_, [&](std::span<const Leaf> leaves) {
-      sum += tbb::parallel_reduce(
-          tbb::blocked_range<std::size_t>(0, leaves.size(), 64), WeightCounts(),
-          [&](const auto& range, WeightCounts own) {
-            for (std::size_t n = range.begin(); n != range.end(); ++n) {
-              const OrderedValues values(field_, leaves[n]);
-              for (std::size_t i = 0; i < values.size(); i += std::size_t(field_.channels))
-                own.add(weight_(values.data() + i), 1);
-            }
-            return own;
-          },
-          [](WeightCounts a, const WeightCounts& b) { return a += b; });
-    });
+    const auto stride = std::size_t(field_.channels);
+    WeightCounts sum = fold_leaves(
+        field_, WeightCounts(),
+        [&](WeightCounts& own, const Leaf&, const OrderedValues& values) {
+          for (std::size_t i = 0; i < values.size(); i += stride)
+            own.add(weight_(values.data() + i), 1);
+        },
+        [](WeightCounts a, const WeightCounts& b) { return a += b; });
     for (const Tile& tile : field_.tiles) sum.add(weight_(&tile.value.x), tile_voxels(tile));
     return sum;
   }
@@ -226,12 +219,8 @@ class BlockFinder {
 /// The value around what a surface encloses: 0, or where the domain ends with its voxels that of
 /// the first.
 double value_outside(const Field& field) {
-  const auto first = [](const auto& place) { return place.origin == glm::ivec3(0); };
   if (field.margin > 0 || field.active_box.min != glm::ivec3(0)) return 0;
-  if (const auto leaf = std::ranges::find_if(field.leaves, first); leaf != field.leaves.end())
-    return double(OrderedValues(field, *leaf)[0]);
-  const auto tile = std::ranges::find_if(field.tiles, first);
-  return tile != field.tiles.end() ? double(tile->value.x) : 0;
+  return FieldIndex(field).at(glm::ivec3(0)).x;
 }
 
 template <typename Weight>
