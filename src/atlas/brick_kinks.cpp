@@ -9,8 +9,8 @@
 #include <optional>
 
 #include "atlas/atlas.h"
-#include "atlas/block_map.h"
 #include "atlas/page_walk.h"
+#include "field/block_map.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
 
@@ -37,7 +37,7 @@ class BrickPlaces {
     glm::ivec3 at = places_[place].brick;
     at[axis] += way;
     const std::int32_t found = numbers_.find(at);
-    if (found == atlas::BlockMap::none) return {};
+    if (found == BlockMap::none) return {};
     return std::size_t(found);
   }
 
@@ -49,7 +49,7 @@ class BrickPlaces {
 
   const PageTable& pages_;
   std::vector<Place> places_;
-  atlas::BlockMap numbers_;  ///< of places, by brick
+  BlockMap numbers_;  ///< of places, by brick
 };
 
 /// The largest |low - 2 face + high| of values beside each other. Floats of one sign are ordered as
@@ -101,40 +101,28 @@ std::vector<float> brick_kinks(const BrickAtlas& atlas, const std::vector<bool>&
     throw Error(ExitCode::failure, "kinks are of float32 texels");
   const BrickPlaces places(atlas);
   const auto channels = std::size_t(atlas.channels);
-  const auto wanted_at = [&](std::optional<std::size_t> place) {
-    return place && (wanted.empty() || wanted[places.slot(*place)]);
+  const auto wanted_at = [&](std::size_t place) {
+    return wanted.empty() || wanted[places.slot(place)];
   };
   const auto texels = [&](std::optional<std::size_t> place) -> const float* {
     return place ? atlas.texels.get() + places.slot(*place) * brick_texels * channels : nullptr;
   };
-  // kinks of each place, but for the faces that it shares with the next ones
-  std::vector<std::array<float, 3>> lower(places.size());
-  std::vector<float> own(places.size());
+  std::vector<float> of_place(places.size());
   tbb::parallel_for(std::size_t{0}, places.size(), [&](std::size_t place) {
-    const float* values = texels(place);
-    for (int axis = 0; axis < 3; ++axis) {
-      const auto before = places.beside(place, axis, -1);
-      if (wanted_at(place) || wanted_at(before))
-        lower[place][std::size_t(axis)] = face_kink(texels(before), values, axis, channels);
-    }
     if (!wanted_at(place)) return;
+    const float* const values = texels(place);
     float kink = channels == 1 ? atlas.bricks[places.slot(place)].second_difference
                                : inner_kink(values, channels);
-    for (int axis = 0; axis < 3; ++axis) {
-      kink = std::max(kink, lower[place][std::size_t(axis)]);
-      if (!places.beside(place, axis, 1))
-        kink = std::max(kink, face_kink(values, nullptr, axis, channels));
-    }
-    own[place] = kink;
+    for (int axis = 0; axis < 3; ++axis)
+      kink =
+          std::max({kink, face_kink(texels(places.beside(place, axis, -1)), values, axis, channels),
+                    face_kink(values, texels(places.beside(place, axis, 1)), axis, channels)});
+    of_place[place] = kink;
   });
   std::vector<float> kinks(atlas.bricks.size());
   for (std::size_t place = 0; place < places.size(); ++place) {
-    if (!wanted_at(place)) continue;
     float& kink = kinks[places.slot(place)];
-    kink = std::max(kink, own[place]);
-    for (int axis = 0; axis < 3; ++axis)
-      if (const auto next = places.beside(place, axis, 1))
-        kink = std::max(kink, lower[*next][std::size_t(axis)]);
+    kink = std::max(kink, of_place[place]);
   }
   return kinks;
 }

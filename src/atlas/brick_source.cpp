@@ -6,8 +6,8 @@
 #include <limits>
 #include <string>
 
-#include "atlas/block_map.h"
 #include "base/memory.h"
+#include "field/block_map.h"
 #include "psivox/error.h"
 
 namespace psivox::atlas {
@@ -41,7 +41,7 @@ Piece Piece::at(const glm::ivec3& brick, int width) {
 BrickSource::BrickSource(const Field& field) : field_(field), index_(field) {}
 
 void BrickSource::check_width(const Field& field) {
-  constexpr std::int64_t widest_box = (std::int64_t{1} << 24) - 16;  // [voxels], see BlockMap
+  constexpr std::int64_t widest_box = (std::int64_t{1} << 24) - 16;  // [voxels]: skips are ints
   for (int axis = 0; axis < 3; ++axis)
     if (std::int64_t(field.active_box.max[axis]) - field.active_box.min[axis] > widest_box)
       throw Error(ExitCode::input, "grid '" + field.name + "' is more than " +

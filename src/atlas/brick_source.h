@@ -29,7 +29,7 @@ class BrickSource {
  public:
   explicit BrickSource(const Field& field);
 
-  /// Throws Error(input) if a field is too wide for its maps of blocks.
+  /// Throws Error(input) if a field is too wide for a page table.
   static void check_width(const Field& field);
 
   int channels() const { return field_.channels; }

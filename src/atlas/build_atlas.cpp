@@ -94,52 +94,36 @@ void mark_octants(const AtlasOptions& options, BrickAtlas& result) {
       entry |= hidden[entry_payload(entry)] << entry_slot_bits;
 }
 
-/// Makes texels and statistics of the bricks at result.places.
-class Filler {
- public:
-  Filler(const BrickSource& source, BrickAtlas& result)
-      : source_(source), result_(result), per_brick_(brick_texels * std::size_t(result.channels)) {
-    const std::size_t texels = result.places.size() * per_brick_;
-    result.bricks.resize(result.places.size());
-    result.texels = page_array<float>(texels);
-  }
-
-  /// Fills all bricks. Frees each block of the field's storage, if it is given, as soon as no later
-  /// brick needs it.
-  void fill(const Field& field, Storage* storage) {
-    const std::size_t count = result_.places.size();
-    if (!storage) return fill(0, count);
-    constexpr std::size_t at_once = 1024;  // 3 MiB of scalars
-    // the least leaf that some bricks or those behind them need
-    std::vector<std::size_t> needed((count + at_once - 1) / at_once + 1, field.leaves.size());
+/// Makes texels and statistics of the bricks at result.places. If the field's storage is given,
+/// each of its blocks goes as soon as no later brick needs it.
+void fill(const BrickSource& source, const Field& field, Storage* storage, BrickAtlas& result) {
+  const std::size_t count = result.places.size();
+  const std::size_t per_brick = brick_texels * std::size_t(result.channels);
+  result.bricks.resize(count);
+  result.texels = page_array<float>(count * per_brick);
+  const std::size_t at_once = storage ? 1024 : std::max<std::size_t>(count, 1);  // 3 MiB of scalars
+  // the least leaf that some bricks or those behind them need
+  std::vector<std::size_t> needed((count + at_once - 1) / at_once + 1, field.leaves.size());
+  if (storage) {
     tbb::parallel_for(std::size_t{0}, needed.size() - 1, [&](std::size_t n) {
       for (std::size_t slot = n * at_once; slot < std::min((n + 1) * at_once, count); ++slot)
-        needed[n] = std::min(needed[n], source_.first_leaf(result_.places[slot]));
+        needed[n] = std::min(needed[n], source.first_leaf(result.places[slot]));
     });
     for (std::size_t n = needed.size(); n-- > 1;)
       needed[n - 1] = std::min(needed[n - 1], needed[n]);
-    for (std::size_t n = 0; n + 1 < needed.size(); ++n) {
-      fill(n * at_once, std::min((n + 1) * at_once, count));
-      storage->drop_before(needed[n + 1]);
-    }
   }
-
- private:
-  /// The bricks in slots [first, end).
-  void fill(std::size_t first, std::size_t end) {
+  for (std::size_t n = 0; n + 1 < needed.size(); ++n) {
+    const std::size_t first = n * at_once, end = std::min(first + at_once, count);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(first, end, 64), [&](const auto& range) {
       for (std::size_t slot = range.begin(); slot != range.end(); ++slot) {
-        float* to = result_.texels.get() + slot * per_brick_;
-        source_.gather(source_.neighbours(result_.places[slot]), to);
-        result_.bricks[slot] = measure(to, result_.channels, result_.absent);
+        float* to = result.texels.get() + slot * per_brick;
+        source.gather(source.neighbours(result.places[slot]), to);
+        result.bricks[slot] = measure(to, result.channels, result.absent);
       }
     });
+    if (storage) storage->drop_before(needed[n + 1]);
   }
-
-  const BrickSource& source_;
-  BrickAtlas& result_;
-  std::size_t per_brick_;
-};
+}
 
 }  // namespace
 
@@ -153,7 +137,7 @@ AtlasSize predict_atlas(const Field& field, const AtlasOptions& options,
 BrickAtlas build_atlas(const Field& field, const AtlasOptions& options, Storage* storage) {
   Plan plan = make_plan(field, options);
   plan.atlas.absent = field.absent;
-  Filler(plan.source, plan.atlas).fill(field, storage);
+  fill(plan.source, field, storage, plan.atlas);
   mark_octants(options, plan.atlas);
   return std::move(plan.atlas);
 }
@@ -170,8 +154,7 @@ BrickAtlas build_beside(const Field& field, const BrickAtlas& layout, Storage* s
   result.size = layout.size;
   result.size.constant_bytes = result.constants.size() * sizeof(float);
   result.size.texel_bytes = atlas::texel_bytes(result.places.size(), field.channels);
-  const BrickSource source(field);
-  Filler(source, result).fill(field, storage);
+  fill(BrickSource(field), field, storage, result);
   return result;
 }
 

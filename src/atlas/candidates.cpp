@@ -9,7 +9,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "atlas/block_map.h"
+#include "field/block_map.h"
 #include "field/index_space.h"
 
 namespace psivox::atlas {

@@ -1,18 +1,15 @@
 #include "atlas/regions.h"
 
 #include <algorithm>
-#include <array>
-#include <bitset>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <glm/vec4.hpp>
-#include <map>
 #include <utility>
 
 #include "atlas/atlas.h"
-#include "field/leaf_values.h"
+#include "field/block_map.h"
 
 namespace psivox {
 namespace {
@@ -129,23 +126,14 @@ std::vector<Region> Regions::front_to_back(const Camera& camera,
 }
 
 std::vector<glm::ivec3> leaf_bricks(const Field& field) {
-  // cubes of 8^3 bricks, a bit each: a dense volume of a million leaves takes kilobytes
-  std::map<std::array<int, 3>, std::bitset<512>> cubes;
+  BlockMap seen(2 * field.leaves.size());
+  std::vector<glm::ivec3> bricks;
   for (const Leaf& leaf : field.leaves)
     for (int i = 0; i < 8; ++i) {
       const glm::ivec3 brick = (leaf.origin >> 3) - cube_corner(i);
-      const glm::ivec3 cube = brick >> 3, in_cube = brick & 7;
-      const int place = (in_cube.x * 8 + in_cube.y) * 8 + in_cube.z;
-      cubes[{cube.x, cube.y, cube.z}].set(std::size_t(place));
+      const auto next = std::int32_t(bricks.size());
+      if (seen.insert(brick, next) == next) bricks.push_back(brick);
     }
-  std::vector<glm::ivec3> bricks;
-  std::size_t count = 0;
-  for (const auto& [cube, bits] : cubes) count += bits.count();
-  bricks.reserve(count);
-  for (const auto& [cube, bits] : cubes)
-    for (int n = 0; n < 512; ++n)
-      if (bits[std::size_t(n)])
-        bricks.push_back(8 * glm::ivec3(cube[0], cube[1], cube[2]) + leaf_voxel(n));
   return bricks;
 }
 

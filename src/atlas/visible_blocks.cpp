@@ -9,15 +9,14 @@
 #include <string>
 
 #include "atlas/atlas.h"
-#include "atlas/block_map.h"
 #include "atlas/brick_source.h"
+#include "field/block_map.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
 
 namespace psivox {
 namespace {
 
-using atlas::BlockMap;
 using atlas::BrickSource;
 using atlas::Piece;
 

@@ -16,10 +16,8 @@
 namespace psivox {
 namespace {
 
-constexpr std::int64_t block = 64 << 10;  // [bytes]
-
-// Runs of a FileBuffer grow as long as reading goes on where it ended. [bytes]
-constexpr std::int64_t first_run = 64 << 10, longest_run = 1 << 20;
+constexpr std::int64_t block = 128 << 10;  // [bytes]
+constexpr std::size_t most_kept = 128;     // blocks: 16 MiB
 
 /// Size of a regular file; throws Error(input) if it is none.
 std::int64_t size_of(const std::filesystem::path& path) {
@@ -65,17 +63,21 @@ FileBlocks::~FileBlocks() {
   if (file_ >= 0) close(file_);
 }
 
-FileRun FileBlocks::run(std::int64_t position, std::int64_t wanted) {
-  FileRun run;
+FileRun FileBlocks::run(std::int64_t position) {
+  const std::int64_t begin = position / block * block;
   {
     const std::lock_guard lock(mutex_);
-    if (const FileRun* kept = find(position)) return *kept;
-    run = missing(position, wanted);
+    const auto kept = runs_.find(begin);
+    if (kept != runs_.end() && kept->second.has(position)) return kept->second;
   }
-  run = read(run.begin, run.size);
+  FileRun run = read(begin, block);
   if (!run.has(position)) return {position, 0, nullptr};
   const std::lock_guard lock(mutex_);
-  keep(run);
+  if (runs_.emplace(begin, run).second) oldest_first_.push_back(begin);
+  if (oldest_first_.size() > most_kept) {
+    runs_.erase(oldest_first_.front());
+    oldest_first_.pop_front();
+  }
   return run;
 }
 
@@ -95,52 +97,8 @@ FileRun FileBlocks::read(std::int64_t begin, std::int64_t size) const {
   return {begin, done, bytes};
 }
 
-void FileBlocks::announce(std::int64_t begin, std::int64_t length) const {
-  if (file_ >= 0) posix_fadvise(file_, begin, length, POSIX_FADV_WILLNEED);
-}
-
-const FileRun* FileBlocks::find(std::int64_t position) const {
-  const auto next = runs_.upper_bound(position);
-  if (next == runs_.begin()) return nullptr;
-  const FileRun& run = std::prev(next)->second;
-  return run.has(position) ? &run : nullptr;
-}
-
-FileRun FileBlocks::missing(std::int64_t position, std::int64_t wanted) const {
-  const auto next = runs_.upper_bound(position);
-  FileRun run;
-  run.begin = position / block * block;
-  if (next != runs_.begin()) run.begin = std::max(run.begin, std::prev(next)->second.end());
-  std::int64_t end = run.begin + (wanted + block - 1) / block * block;
-  if (next != runs_.end()) end = std::min(end, next->first);
-  run.size = std::min(end, size_) - run.begin;
-  return run;
-}
-
-void FileBlocks::keep(const FileRun& run) {
-  if (!runs_.emplace(run.begin, run).second) return;  // another thread has just read it, too
-  oldest_first_.push_back(run.begin);
-  kept_ += run.size;
-  forget();
-}
-
-void FileBlocks::keep_at_most(std::int64_t bytes) {
-  const std::lock_guard lock(mutex_);
-  most_kept_ = bytes;
-  forget();
-}
-
-void FileBlocks::forget() {
-  while (kept_ > most_kept_ && oldest_first_.size() > 1) {
-    const auto oldest = runs_.find(oldest_first_.front());
-    kept_ -= oldest->second.size;
-    runs_.erase(oldest);
-    oldest_first_.pop_front();
-  }
-}
-
 FileBuffer::FileBuffer(FileBlocks& file, Progress progress)
-    : file_(file), progress_(std::move(progress)), wanted_(first_run) {}
+    : file_(file), progress_(std::move(progress)) {}
 
 void FileBuffer::expect(std::int64_t bytes) {
   expected_from_ = reported_ = position();
@@ -155,26 +113,12 @@ void FileBuffer::report(std::int64_t reached) {
   progress_(std::clamp(fraction, 0.0, 1.0));
 }
 
-bool FileBuffer::fetch(std::int64_t position) {
-  const bool goes_on = position >= run_.end() && position < run_.end() + first_run;
-  wanted_ = goes_on ? std::min(2 * wanted_, longest_run) : first_run;
-  FileRun next = only_ > 0 ? file_.read(position, only_) : file_.run(position, wanted_);
-  if (next.size == 0) return false;
-  run_ = std::move(next);
-  return true;
-}
-
-void FileBuffer::read_to(std::int64_t end) {
-  begin_ = position();
-  setg(nullptr, nullptr, nullptr);  // into the last run
-  while (run_.end() < end && fetch(run_.end())) report(run_.end());
-  report(end);  // of a small file, all is in the last run
-}
-
 FileBuffer::int_type FileBuffer::underflow() {
   const std::int64_t here = position();
   if (!run_.has(here)) {
-    if (!fetch(here)) return traits_type::eof();
+    FileRun next = only_ > 0 ? file_.read(here, only_) : file_.run(here);
+    if (next.size == 0) return traits_type::eof();
+    run_ = std::move(next);
     report(here);
   }
   begin_ = run_.begin;

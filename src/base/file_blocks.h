@@ -43,8 +43,8 @@ struct FileRun {
   bool has(std::int64_t position) const { return position >= begin && position < end(); }
 };
 
-/// An open file that is read in large runs, each of them once: the last 64 MiB (see keep_at_most)
-/// stay in memory, so that neither a second grid nor a second thread reads them again.
+/// An open file that is read in blocks. The last 16 MiB of them stay in memory: what looks for a
+/// grid's leaves and what unpacks them read each block once.
 ///
 /// It copies by pread and does not map the file. A mapped file that another program makes shorter
 /// ends this one by SIGBUS, and over a network it is read page by page, without errors.
@@ -71,26 +71,13 @@ class FileBlocks {
   /// The file's size when it was opened [bytes].
   std::int64_t size() const { return size_; }
 
-  /// The run that has the position. If the file must be read for it, about `wanted` bytes are.
-  /// Throws std::runtime_error if the system cannot read.
-  FileRun run(std::int64_t position, std::int64_t wanted);
+  /// The block that has the position. Throws std::runtime_error if the system cannot read.
+  FileRun run(std::int64_t position);
 
   /// Reads these bytes, fewer where the file ends, and does not keep them. Throws as `run` does.
   FileRun read(std::int64_t begin, std::int64_t size) const;
 
-  /// Keeps no more than these bytes from now on, apart from the last run.
-  void keep_at_most(std::int64_t bytes);
-
-  /// Asks the system to begin reading what will be needed soon.
-  void announce(std::int64_t begin, std::int64_t length) const;
-
  private:
-  /// What to read for a position that is in no run: whole blocks, up to the next run.
-  FileRun missing(std::int64_t position, std::int64_t wanted) const;
-  const FileRun* find(std::int64_t position) const;
-  void keep(const FileRun& run);
-  void forget();  ///< the oldest runs, beyond what is kept
-
   std::string path_;
   std::int64_t size_ = 0;
   int file_ = -1;
@@ -98,8 +85,6 @@ class FileBlocks {
   std::mutex mutex_;                       ///< of what follows
   std::map<std::int64_t, FileRun> runs_;   ///< by their begin
   std::deque<std::int64_t> oldest_first_;  ///< begins of the runs
-  std::int64_t kept_ = 0;                  ///< size of the runs [bytes]
-  std::int64_t most_kept_ = 64 << 20;      ///< [bytes]
 };
 
 /// The buffer of a stream over a file's bytes. OpenVDB skips parts of each leaf by a seek, which
@@ -114,12 +99,12 @@ class FileBuffer final : public std::streambuf {
   /// The next `bytes` are what `progress` receives the fraction of.
   void expect(std::int64_t bytes);
 
-  /// From now on reads so many bytes wherever the stream is beside the last ones, and keeps them
-  /// for no other reader. 0: larger runs that are kept, as at first.
-  void read_only(std::int64_t bytes) { only_ = bytes; }
+  /// Tells progress that what was expected has come to this place [bytes].
+  void report(std::int64_t reached);
 
-  /// Reads ahead of the stream's position, from the last run of bytes up to `end`.
-  void read_to(std::int64_t end);
+  /// From now on reads so many bytes wherever the stream is beside the last ones, and keeps them
+  /// for no other reader. 0: blocks that are kept, as at first.
+  void read_only(std::int64_t bytes) { only_ = bytes; }
 
  protected:
   int_type underflow() override;
@@ -128,8 +113,6 @@ class FileBuffer final : public std::streambuf {
 
  private:
   std::int64_t position() const { return begin_ + (gptr() - eback()); }
-  bool fetch(std::int64_t position);  ///< into run_; false behind the file's end
-  void report(std::int64_t reached);
 
   FileBlocks& file_;
   Progress progress_;
@@ -137,7 +120,6 @@ class FileBuffer final : public std::streambuf {
   std::int64_t reported_ = 0;                      ///< how far progress has come [bytes]
   FileRun run_;                                    ///< the last one
   std::int64_t begin_ = 0;                         ///< of what is between eback and egptr
-  std::int64_t wanted_;                            ///< how much to read at a time [bytes]
   std::int64_t only_ = 0;                          ///< see read_only
 };
 

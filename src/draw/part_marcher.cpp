@@ -241,7 +241,7 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
     MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost, greatest);
     if (const CodeWidths widths = fixed_widths(atlas, view.scene.texel))
       atlas = coded(std::move(atlas), *widths);
-    marcher_.upload(atlas, view.scene.filter);
+    marcher_.upload_once(atlas, view.scene.filter);
     for (int sample = 0; sample < samples; ++sample, ++done) {
       part.place = pixel_sample(sample, samples);
       if (part.depth || light.fold().ends_by_passed()) part.passed = light.passed(seen, sample);
@@ -250,7 +250,6 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
       add_counts(drawn.stats, stats);
     }
   }
-  marcher_.holds = 0;
 }
 
 void PartMarcher::carry_together(CarriedLight& light, const View& view,
@@ -290,11 +289,10 @@ std::size_t PartMarcher::most_bricks() const {
 void PartMarcher::upload_dark(const View& view, const Box& bricks) {
   if (uploaded_ == bricks) return;
   drop_dark();  // not beside the next
-  marcher_.holds = 0;
   View dark = view;
   dark.medium.luminance.reset();
   dark_ = build_region_atlas(dark, bricks, {}, greatest_of(view));
-  marcher_.upload(dark_, Filter::exact);
+  marcher_.upload_once(dark_, Filter::exact);
   uploaded_ = bricks;
 }
 

@@ -6,7 +6,6 @@
 #include "base/stopwatch.h"
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
-#include "draw/whole_atlas.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "image/scene_pictures.h"
@@ -32,9 +31,19 @@ struct Session::Impl {
   /// Whether the volume is drawn whole, or its bricks are there.
   bool is_whole() const;
   /// The whole's bricks, of which nothing goes. Throws Error(memory) if they are too large.
-  const MediumAtlas& whole(const View& wanted);
+  const MediumAtlas& whole();
   /// The whole's bricks. Values that nothing else needs go as they are made.
   const MediumAtlas& bricks();
+  /// What a device stores of them: codes of these widths, the texel type's own codes, or the
+  /// bricks. `last`: codes take the place of the bricks' texels.
+  std::shared_ptr<const MediumAtlas> stored(TexelType texel, const CodeWidths& codes = {},
+                                            bool last = false);
+  /// Uploads the bricks as they are.
+  void upload_bricks(Marcher& marcher);
+  /// Replaces the bricks' luminance, after the light was computed. `luminance`: the view's, moved
+  /// in.
+  void relight(std::optional<Field> luminance = {});
+  void clear_atlas();
   /// Whether fields' values may go as bricks are made of them.
   bool may_take(const Wish& wish) const {
     return is_for_one && !wish.layers.error && !wish.layers.bound;
@@ -71,12 +80,14 @@ struct Session::Impl {
   bool is_fresh = false;               ///< no picture was drawn since convert()
   Box held = everywhere;               ///< bricks of the density that are kept
   NamedHoldout holdout;
-  WholeAtlas atlas;
-  PreparationTimes times;  ///< of this picture so far
+  std::shared_ptr<MediumAtlas> atlas;        ///< the whole's bricks
+  CodeWidths widths;                         ///< of the codes
+  std::shared_ptr<const MediumAtlas> coded;  ///< made of the bricks last
+  PreparationTimes times;                    ///< of this picture so far
 };
 
 void Session::Impl::start_over() {
-  atlas.clear();
+  clear_atlas();
   if (std::exchange(lacks_values, false))
     unlit = make_view(view.scene,
                       read_fields(view.scene, VdbFile(view.scene.input), false, {.allowed = true}))
@@ -96,25 +107,62 @@ Field Session::Impl::take(std::shared_ptr<const Field> Medium::*grid) {
   return values;
 }
 
+void Session::Impl::clear_atlas() {
+  atlas.reset();
+  coded.reset();
+}
+
 const MediumAtlas& Session::Impl::bricks() {
+  if (atlas) return *atlas;
   std::optional<Field> density;
-  if (takes && atlas.empty() && !unlit.light &&
+  if (takes && !unlit.light &&
       std::ranges::count(fields_of(view.medium), view.medium.density.get()) == 1)
     density = take(&Medium::density);
-  return atlas.of(view, std::move(density));
+  const Stopwatch watch;
+  atlas = std::make_shared<MediumAtlas>(build_medium_atlas(view, std::move(density)));
+  times.atlas_ms += watch.ms();
+  return *atlas;
+}
+
+std::shared_ptr<const MediumAtlas> Session::Impl::stored(TexelType texel, const CodeWidths& codes,
+                                                         bool last) {
+  bricks();
+  const CodeWidths wanted = codes ? codes : fixed_widths(*atlas, texel);
+  if (!wanted) return atlas;
+  if (coded && *widths == *wanted) return coded;
+  const Stopwatch watch;
+  coded.reset();  // before the next take memory
+  coded = std::make_shared<MediumAtlas>(
+      psivox::coded(last ? std::move(*atlas) : *atlas, *wanted, last));
+  widths = wanted;
+  if (last) atlas.reset();
+  times.atlas_ms += watch.ms();
+  return coded;
+}
+
+void Session::Impl::upload_bricks(Marcher& marcher) {
+  bricks();
+  marcher.hold(atlas, Filter::exact);
+}
+
+void Session::Impl::relight(std::optional<Field> luminance) {
+  coded.reset();
+  if (!atlas) return;
+  atlas = std::make_shared<MediumAtlas>(std::move(*atlas));  // which no marcher holds yet
+  add_luminance(*atlas, view, std::move(luminance));
 }
 
 bool Session::Impl::is_whole() const {
   View dark = view;
   dark.medium = unlit;
-  return !atlas.empty() || split_of(dark, {}, {}, memory_limit).whole;
+  return atlas || coded || split_of(dark, {}, {}, memory_limit).whole;
 }
 
-const MediumAtlas& Session::Impl::whole(const View& wanted) {
+const MediumAtlas& Session::Impl::whole() {
   if (!is_whole())
     throw Error(ExitCode::memory,
                 "the volume must be drawn in parts; raise --memory-limit, or take --lod 1");
-  return atlas.of(wanted);
+  return bricks();
 }
 
 View Session::Impl::viewed(const Wish& wish) {
@@ -136,7 +184,7 @@ View Session::Impl::viewed(const Wish& wish) {
 PartMarcher Session::Impl::parts_of(Marcher& marcher, const View& wanted, const Wish& wish) {
   const bool marches = marcher.marches() && !wanted.scene.shows(Shows::plane);
   Split split;
-  if (wish.team->size() > 1 || (marches && atlas.empty()))
+  if (wish.team->size() > 1 || (marches && !atlas && !coded))
     wish.team->agree([&] {
       View dark = wanted;
       dark.medium = unlit;
@@ -175,7 +223,7 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
     served = lighting->serves(wanted, *source, need);
     if (served) return;
     if (dark) {
-      atlas.upload(parts.marcher(), view, TexelType::float32, Filter::exact);
+      upload_bricks(parts.marcher());
     } else {  // the light that is there may be half of what the memory holds
       view.medium = lighting->dark();
       lighting->forget();
@@ -190,9 +238,9 @@ void Session::Impl::light(PartMarcher& parts, const View& wanted, LightNeed need
     source.reset();  // it holds the density
     lighting.reset();
     take(&Medium::density);
-    atlas.relight(view, take(&Medium::luminance));
+    relight(take(&Medium::luminance));
   } else {
-    atlas.relight(view);
+    relight();
   }
   times.light_ms += watch.ms();
   times.light_cpu_ms += watch.cpu_ms();
@@ -203,7 +251,7 @@ void Session::Impl::take_method(const Scene& scene) {
   view.scene.integrator = scene.integrator;
   view.scene.sampling = scene.sampling;
   view.scene.step = scene.step;
-  atlas.clear();
+  clear_atlas();
 }
 
 void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish) {
@@ -216,7 +264,7 @@ void Session::Impl::prepare(PartMarcher& parts, View& wanted, const Wish& wish) 
   if (!parts.marches_whole() || wish.layers.deep) return;
   if (wanted.scene.tolerance && may_be_coded(wanted)) return;  // the plan's codes will be uploaded
   enter(wish.progress, Stage::uploading);
-  atlas.upload(parts.marcher(), view, wanted.scene.texel, wanted.scene.filter);
+  parts.marcher().hold(stored(wanted.scene.texel), wanted.scene.filter);
 }
 
 MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish) {
@@ -241,11 +289,12 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (marches && wanted.scene.tolerance && !(chosen && parts.whole()))
     chosen = plan(parts, wanted, wish);
 
-  AtlasSize stored;
-  const CodeWidths codes = chosen ? chosen->march->code_widths : nullptr;
+  AtlasSize size;
   if (marches && parts.whole()) {
-    stored =
-        atlas.upload(marcher, view, wanted.scene.texel, wanted.scene.filter, codes, takes).size();
+    const auto grids =
+        stored(wanted.scene.texel, chosen ? chosen->march->code_widths : nullptr, takes);
+    marcher.hold(grids, wanted.scene.filter);
+    size = grids->size();
   }
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march();
@@ -255,14 +304,13 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
     // light four times as exact: its remaining error changes the estimate by 3 %
     if (light_error.rms > 0)
       this->light(parts, wanted, {.rms = light_error.rms / 4}, wish.progress);
-    atlas.upload(marcher, view, TexelType::float32, Filter::exact);
+    upload_bricks(marcher);
     picture.add_error(view.medium);
   }
   if (marches && wish.layers.bound) picture.add_bound(unlit);
   Drawn drawn = picture.finish();
   drawn.light = light;
-  drawn.atlas = stored;
-  times.atlas_ms = std::exchange(atlas.ms, 0);
+  drawn.atlas = size;
   drawn.times = std::exchange(times, {});
   if (!marcher.marches() && wanted.scene.tolerance)
     drawn.notices.emplace_back("--renderer reference ignores --tolerance");
@@ -286,16 +334,14 @@ Drawn Session::Impl::draw_deep(PartMarcher& parts, View wanted, const Wish& wish
                              of_stage(wish.progress, Stage::marching));
   drawn.light = shone;
   drawn.atlas = grids.size();
-  times.atlas_ms = std::exchange(atlas.ms, 0);
   drawn.times = std::exchange(times, {});
   return drawn;
 }
 
 Drawn Session::Impl::draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure) {
-  double bytes = atlas.bytes();
+  double bytes = double((atlas ? atlas : coded)->size().bytes());
   for (int tries = 0; tries < 6; ++tries) {
     start_over();
-    marcher.holds = 0;
     bytes /= 2;
     memory_limit = 2 * bytes;  // host and device
     try {
@@ -339,22 +385,22 @@ void Session::prepare(Marcher& marcher, const Wish& wish) {
 
 const MediumAtlas& Session::atlas(TexelType texel, const CodeWidths& codes) {
   convert();
-  impl_->whole(impl_->view);
-  return impl_->atlas.on_device(impl_->view, texel, codes);
+  impl_->whole();
+  return *impl_->stored(texel, codes);
 }
 
 Drawn Session::draw(Marcher& marcher, const Wish& wish) {
   try {
     return impl_->draw(marcher, wish);
   } catch (const DeviceFull& failure) {
-    if (impl_->atlas.empty()) throw;
+    if (!impl_->atlas && !impl_->coded) throw;
     return impl_->draw_smaller(marcher, wish, failure);
   }
 }
 
 std::vector<Explanation> Session::explain() {
   const View view = impl_->viewed({});
-  const MediumAtlas& grids = impl_->whole(view);
+  const MediumAtlas& grids = impl_->whole();
   if (!view.scene.tolerance) return psivox::explain(view, grids);
   if (!view.medium.light) return psivox::explain(plan_march(view, grids).march->view, grids);
   std::vector<Explanation> lines = psivox::explain(view, grids);
@@ -366,7 +412,7 @@ std::vector<Explanation> Session::explain() {
 
 std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pixel) {
   const View view = impl_->viewed({.scene = scene});
-  return pick_point(view, impl_->whole(impl_->view), pixel);
+  return pick_point(view, impl_->whole(), pixel);
 }
 
 CheckedError Session::check_error(const Image& picture, int pixels, const StageProgress& progress) {
@@ -374,7 +420,7 @@ CheckedError Session::check_error(const Image& picture, int pixels, const StageP
   const Stopwatch watch;
   if (impl_->lighting)
     view.medium =
-        impl_->lighting->exact_medium(view, impl_->whole(view), checked_rays(view, picture, pixels),
+        impl_->lighting->exact_medium(view, impl_->whole(), checked_rays(view, picture, pixels),
                                       of_stage(progress, Stage::lighting));
   const double light_ms = watch.ms();
   CheckedError error = check_pixels(view, picture, pixels, of_stage(progress, Stage::checking));

@@ -14,14 +14,13 @@ namespace psivox {
 /// read last: each thread needs a copy, which shares the rest.
 class FieldCursor {
  public:
-  explicit FieldCursor(const Field& field);
+  explicit FieldCursor(const Field& field) : index_(std::make_shared<const FieldIndex>(field)) {}
 
-  /// Value of a voxel, and between voxels.
+  /// Value of a voxel.
   double at(const glm::ivec3& voxel) {
     const glm::ivec3 origin = voxel & ~7;
     return double(*block(origin).values.at(voxel - origin));
   }
-  double at(const glm::dvec3& point);
 
   /// FieldIndex's, which is not asked where a block is stored.
   std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) {
@@ -39,8 +38,8 @@ class FieldCursor {
   std::shared_ptr<const FieldIndex> index_;
   /// Blocks around a corner: each has a place of its own, by the parity of its number on each axis.
   struct Known {
-    glm::ivec3 origin;
-    FieldIndex::Block block;
+    glm::ivec3 origin{1};  ///< of none
+    FieldIndex::Block block{};
   };
   std::array<Known, 8> known_;
 };

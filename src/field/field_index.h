@@ -5,17 +5,12 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <unordered_set>
-#include <vector>
 
+#include "field/block_map.h"
 #include "field/leaf_values.h"
 #include "psivox/field.h"
 
 namespace psivox {
-
-/// Hash of a voxel's coordinates, for containers.
-struct VoxelHash {
-  std::size_t operator()(const glm::ivec3& v) const;
-};
 
 /// Finds a field's leaves and tiles by position. The field must outlive it.
 class FieldIndex {
@@ -62,25 +57,27 @@ class FieldIndex {
   /// Whether the cube of widths[level] at `origin` is one tile or leaf.
   bool is_one(int level, const glm::ivec3& origin) const;
 
+  /// A cube of those widths that is one tile or leaf, or empty.
+  struct Cube {
+    Box voxels;
+    Block block;
+  };
+  /// The widest one around a voxel.
+  Cube cube(const glm::ivec3& voxel) const;
+
   /// How many points, from `point` on and `step` apart, have their nearest voxels in one empty cube
   /// of those widths; 0 if a leaf or a tile holds the first. `point` is in index space.
   std::size_t empty_steps(const glm::dvec3& point, const glm::dvec3& step) const;
 
   /// Whether a voxel is in a leaf or a tile.
-  bool stores(const glm::ivec3& voxel) const;
+  bool stores(const glm::ivec3& voxel) const { return cube(voxel).block.stored; }
 
  private:
-  /// The widest cube of those widths that has the voxel and is empty, if there is one.
-  std::optional<Box> empty_cube(const glm::ivec3& voxel) const;
-  /// Slot of the leaf or tile at `origin`, or a free one.
-  std::size_t slot_of(const glm::ivec3& origin) const;
   /// Null if there is none.
   const Tile* tile(int level, const glm::ivec3& origin) const;
 
   const Field* field_;
-  /// A leaf or a tile has its number + 1 in the first slot that is free from the hash of its origin
-  /// on; tiles are numbered after the leaves. 0: free.
-  std::vector<std::uint32_t> slots_;
+  BlockMap numbers_;  ///< of leaves and then of tiles, by their origins
   std::array<bool, 3> has_width_{};
   std::array<std::unordered_set<glm::ivec3, VoxelHash>, 2> occupied_;  ///< for the two wider ones
 };

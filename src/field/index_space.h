@@ -89,7 +89,6 @@ inline glm::ivec3 nearest_voxel(const glm::dvec3& point) {
   };
   return {nearest(point.x), nearest(point.y), nearest(point.z)};
 }
-inline glm::ivec3 voxel_below(const glm::dvec3& point) { return nearest_voxel(point - 0.5); }
 
 /// Where a line is between two corners of a box: from and to, in lengths of `way`. The first is
 /// above the second if it misses the box.

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/parallel_reduce.h>
 
 #include <array>
 #include <cmath>
@@ -10,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <utility>
 
 #include "psivox/field.h"
 
@@ -112,6 +115,25 @@ using WantLeaf = std::function<bool(const Leaf& leaf)>;
 /// Visits the leaves with their values, in their order: all at once if they are in memory, else a
 /// few thousand at a time. Those that are not wanted may be left out; by default all are wanted.
 void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted = {});
+
+/// Folds what the leaves have, in all threads: take(found, leaf, values) adds what is in one, and
+/// join adds up two sums, each of leaves that follow each other.
+template <typename Found, typename Take, typename Join>
+Found fold_leaves(const Field& field, const Found& none, const Take& take, const Join& join) {
+  Found all = none;
+  visit_leaves(field, [&](std::span<const Leaf> leaves) {
+    const Found found = tbb::parallel_reduce(
+        tbb::blocked_range<std::size_t>(0, leaves.size(), 64), none,
+        [&](const auto& some, Found own) {
+          for (std::size_t n = some.begin(); n != some.end(); ++n)
+            take(own, leaves[n], OrderedValues(field, leaves[n]));
+          return own;
+        },
+        join);
+    all = join(std::move(all), found);
+  });
+  return all;
+}
 
 /// Sorts blocks in the order of OpenVDB's trees, in which a field's leaves are: by nodes of 4096
 /// voxels, of 128, of 8.

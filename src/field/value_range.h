@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "field/leaf_values.h"
 #include "psivox/field.h"
 
 namespace psivox {
@@ -85,8 +86,26 @@ double value_percentile(const Each& each, double percent) {
 /// Least and greatest value of a scalar field, including the 0 where nothing is stored.
 glm::dvec2 stored_range(const Field& field);
 
-/// Greatest value of any channel, at least 0.
-double greatest_value(const Field& field);
+/// The same of all channels of any field.
+glm::dvec2 range_of_all(const Field& field);
+inline double greatest_value(const Field& field) { return range_of_all(field).y; }
+
+/// Calls take(value, voxels) for the first channel of the leaves' voxels in the active box, and of
+/// tiles.
+template <typename Take>
+void for_active(const Field& field, const Take& take) {
+  visit_leaves(field, [&](std::span<const Leaf> leaves) {
+    for (const Leaf& leaf : leaves) {
+      const LeafValues values = values_of(field, leaf);
+      for (int i = 0; i < 512; ++i) {
+        const glm::ivec3 voxel = leaf_voxel(i);
+        if (field.active_box.contains(leaf.origin + voxel))
+          take(*values.at(voxel), std::uint64_t{1});
+      }
+    }
+  });
+  for (const Tile& tile : field.tiles) take(tile.value.x, tile_voxels(tile));
+}
 
 /// The smallest active value that at least `percent` of the active values do not exceed, as found
 /// by reading; for other fields, of the active box's voxels.

@@ -93,8 +93,22 @@ class Marcher {
   /// Lets another thread draw next.
   virtual void release() {}
 
-  /// The upload that it holds: a number that its session gave.
-  std::uint64_t holds = 0;
+  /// Uploads an atlas that its owner keeps, unless it was the last one for the same filter.
+  void hold(const std::shared_ptr<const MediumAtlas>& atlas, Filter filter) {
+    if (held_.lock() == atlas && held_for_ == filter) return;
+    upload_once(*atlas, filter);
+    held_ = atlas;
+    held_for_ = filter;
+  }
+  /// Uploads another, which is not asked for again.
+  void upload_once(const MediumAtlas& atlas, Filter filter) {
+    held_.reset();
+    upload(atlas, filter);
+  }
+
+ private:
+  std::weak_ptr<const MediumAtlas> held_;
+  Filter held_for_ = Filter::exact;
 };
 
 }  // namespace psivox

@@ -63,11 +63,6 @@ std::optional<double> threshold(const TransferFunction& function) {
   return (first - 1)->value;
 }
 
-/// A field's atlas; of one that is given apart its values go.
-BrickAtlas built(const Field& field, const AtlasOptions& options, std::optional<Field>& apart) {
-  return apart ? build_atlas(*apart, options, &apart->storage) : build_atlas(field, options);
-}
-
 void add_others(const Medium& medium, MediumAtlas& atlas) {
   std::vector<OtherBricks> parts;
   for (std::size_t i = 0; i < medium.others.size(); ++i) {
@@ -83,12 +78,11 @@ void add_others(const Medium& medium, MediumAtlas& atlas) {
 
 /// Adds the view's luminance, light beside the density.
 void add_own_luminance(MediumAtlas& atlas, const Medium& medium, std::optional<Field> apart) {
+  const Field& luminance = apart ? *apart : *medium.luminance;
+  Storage* const goes = apart ? &apart->storage : nullptr;
   atlas.paired = medium.lit && atlas.density.own_texels;
-  if (!atlas.paired)
-    atlas.luminance = built(*medium.luminance, {}, apart);
-  else
-    atlas.luminance = apart ? build_beside(*apart, atlas.density, &apart->storage)
-                            : build_beside(*medium.luminance, atlas.density);
+  atlas.luminance = atlas.paired ? build_beside(luminance, atlas.density, goes)
+                                 : build_atlas(luminance, {}, goes);
 }
 
 }  // namespace
@@ -148,7 +142,9 @@ AtlasOptions density_options(const View& view) {
 
 MediumAtlas build_medium_atlas(const View& view, std::optional<Field> density) {
   const Medium& medium = view.medium;
-  MediumAtlas result{built(*medium.density, density_options(view), density), {}, {}, {}, {}};
+  MediumAtlas result;
+  result.density = build_atlas(density ? *density : *medium.density, density_options(view),
+                               density ? &density->storage : nullptr);
   density.reset();
   if (medium.luminance && !medium.light) add_own_luminance(result, medium, {});
   for (const Emission& emission : medium.emission)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <span>
 
 #include "base/text.h"
 #include "field/index_space.h"
@@ -116,15 +115,7 @@ double otsu_threshold(const Field& density) {
     counts[std::size_t(std::clamp(place, 0.0, bins - 1.0))] += voxels;
     stored += voxels;
   };
-  visit_leaves(density, [&](std::span<const Leaf> leaves) {
-    for (const Leaf& leaf : leaves) {
-      const LeafValues values = values_of(density, leaf);
-      for (int i = 0; i < 512; ++i)
-        if (density.active_box.contains(leaf.origin + leaf_voxel(i)))
-          take(*values.at(leaf_voxel(i)), 1);
-    }
-  });
-  for (const Tile& tile : density.tiles) take(tile.value.x, double(tile_voxels(tile)));
+  for_active(density, [&](float value, std::uint64_t voxels) { take(value, double(voxels)); });
   // where nothing is stored the value is 0; no more of it than of all else, or it is all that
   // counts
   take(0, std::clamp(double(count_of(density.active_box)) - stored, 0.0, stored));

@@ -1,8 +1,5 @@
 #include "medium/label_function.h"
 
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
@@ -63,19 +60,15 @@ std::uint64_t most_voxels(const LabelCounts& counts) {
 
 std::optional<LabelCounts> label_counts(const Field& field, std::size_t most) {
   check_in_memory(field);
-  Counting all = tbb::parallel_reduce(
-      tbb::blocked_range<std::size_t>(0, field.leaves.size(), 64), Counting(),
-      [&](const auto& some, Counting own) {
-        for (std::size_t n = some.begin(); n != some.end() && own.labels; ++n) {
-          const OrderedValues values(field, field.leaves[n]);
-          for (std::size_t i = 0; i < values.size();) {  // labels fill runs of voxels
-            std::size_t end = i + 1;
-            while (end < values.size() && values[end] == values[i]) ++end;
-            own.add(values[i], end - i, most);
-            i = end;
-          }
+  Counting all = fold_leaves(
+      field, Counting(),
+      [&](Counting& own, const Leaf&, const OrderedValues& values) {
+        for (std::size_t i = 0; i < values.size() && own.labels;) {  // labels fill runs of voxels
+          std::size_t end = i + 1;
+          while (end < values.size() && values[end] == values[i]) ++end;
+          own.add(values[i], end - i, most);
+          i = end;
         }
-        return own;
       },
       [&](Counting a, const Counting& b) {
         a.labels = a.labels && b.labels;

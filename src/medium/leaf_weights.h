@@ -6,8 +6,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
-#include <type_traits>
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
@@ -68,35 +66,9 @@ struct CubeLattice {
   glm::ivec3 first, offset;
 };
 
-/// The voxels of a leaf, inside the domain, that weigh more than 0, by the leaf's parts.
-struct LeafWeights {
-  float least = 0, greatest = 0;           ///< bounds of their weights
-  std::array<float, 8> amounts{};          ///< sums of the weights of each part, over 512
-  std::array<std::uint32_t, 8> corners{};  ///< of each part's box in the leaf, three bits each
-
-  glm::ivec3 low(std::size_t part) const { return corner(corners[part]); }
-  glm::ivec3 high(std::size_t part) const { return corner(corners[part] >> 9); }
-  void set_box(std::size_t part, const glm::ivec3& low, const glm::ivec3& high) {
-    corners[part] = packed(low) | packed(high) << 9;
-  }
-
-  /// Whether some of them, but not all, may weigh as much as that.
-  bool is_cut_by(double weight) const {
-    return double(greatest) >= weight && double(least) < weight;
-  }
-
- private:
-  static std::uint32_t packed(const glm::ivec3& v) {
-    return std::uint32_t(v.x << 6 | v.y << 3 | v.z);
-  }
-  static glm::ivec3 corner(std::uint32_t bits) {
-    return {(bits >> 6) & 7, (bits >> 3) & 7, bits & 7};
-  }
-};
-
-/// What weighs in one part of a leaf, before it is packed.
+/// The voxels of a part of a leaf, inside the domain, that weigh enough.
 struct LeafPart {
-  double amount = 0;
+  double amount = 0;             ///< sum of their weights
   unsigned x = 0, y = 0, z = 0;  ///< a bit for each place along the axis
 
   glm::ivec3 low() const { return {std::countr_zero(x), std::countr_zero(y), std::countr_zero(z)}; }
@@ -104,44 +76,27 @@ struct LeafPart {
     return glm::ivec3(std::bit_width(x), std::bit_width(y), std::bit_width(z)) - 1;
   }
 };
+using LeafParts = std::array<LeafPart, 8>;
 
-/// The least number that is above 0 and not below `bound`.
-template <typename Real>
-Real least_from(double bound) {
-  auto least = Real(bound);
-  if (double(least) < bound) least = std::nextafter(least, std::numeric_limits<Real>::infinity());
-  return std::max(least, std::numeric_limits<Real>::denorm_min());
-}
-
-/// `faintest`: what weighs less does not count. `take(weight)` is called for each voxel that weighs
-/// as much, inside the domain or not.
-template <typename Weight, typename Take>
-LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weight, double faintest,
-                       const Take& take) {
-  using Real = std::invoke_result_t<Weight, const float*>;
-  const auto threshold = least_from<Real>(faintest);
+/// The parts of a leaf by their numbers. `faintest`, above 0: what weighs less does not count.
+template <typename Weight>
+LeafParts weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weight, double faintest) {
   const int channels = field.channels;
-  const Box inside{field.domain().min - leaf.origin, field.domain().max - leaf.origin};
+  const Box domain = field.domain();
+  const Box inside =
+      common({domain.min - leaf.origin, domain.max - leaf.origin}, {glm::ivec3(0), glm::ivec3(7)});
   const CubeLattice lattice(field);
   const OrderedValues values(field, leaf);
-  std::array<LeafPart, 8> parts;
-  Real least = std::numeric_limits<Real>::infinity(), greatest = 0;
-  // voxels from..to - 1 of a row along z, which belong to one part
+  LeafParts parts;
+  // voxels from..to of a row along z, which belong to one part
   const auto weigh_row = [&](int x, int y, int from, int to, LeafPart& part) {
     const float* const row = values.data() + (x * 8 + y) * 8 * channels;
-    const bool outside =
-        x < inside.min.x || x > inside.max.x || y < inside.min.y || y > inside.max.y;
-    const int first = outside ? 8 : inside.min.z, last = inside.max.z;
     double amount = 0;
     unsigned places = 0;
-    for (int z = from; z < to; ++z) {
-      const Real w = weight(row + z * channels);
-      if (!(w >= threshold)) continue;
-      take(w);
-      if (z < first || z > last) continue;
-      least = std::min(least, w);
-      greatest = std::max(greatest, w);
-      amount += double(w);
+    for (int z = from; z <= to; ++z) {
+      const auto w = double(weight(row + z * channels));
+      if (!(w >= faintest)) continue;
+      amount += w;
       places |= 1u << z;
     }
     if (places == 0) return;
@@ -150,24 +105,15 @@ LeafWeights weigh_leaf(const Field& field, const Leaf& leaf, const Weight& weigh
     part.y |= 1u << y;
     part.z |= places;
   };
-  for (int x = 0; x < 8; ++x)
-    for (int y = 0; y < 8; ++y) {
-      const int cut = lattice.offset.z;
-      weigh_row(x, y, 0, cut, parts[lattice.part_of({x, y, 0})]);
-      weigh_row(x, y, cut, 8, parts[lattice.part_of({x, y, cut})]);
+  const int cut = lattice.offset.z;
+  for (int x = inside.min.x; x <= inside.max.x; ++x)
+    for (int y = inside.min.y; y <= inside.max.y; ++y) {
+      weigh_row(x, y, inside.min.z, std::min(inside.max.z, cut - 1),
+                parts[lattice.part_of({x, y, 0})]);
+      weigh_row(x, y, std::max(inside.min.z, cut), inside.max.z,
+                parts[lattice.part_of({x, y, cut})]);
     }
-  LeafWeights found;
-  if (!(greatest > 0)) return found;
-  for (std::size_t n = 0; n < parts.size(); ++n) {
-    found.amounts[n] = float(parts[n].amount / 512);  // no more than the greatest weight
-    if (parts[n].amount > 0) found.set_box(n, parts[n].low(), parts[n].high());
-  }
-  found.least = float(least);
-  if (double(found.least) > double(least)) found.least = std::nextafter(found.least, 0.0f);
-  found.greatest = float(greatest);
-  if (double(found.greatest) < double(greatest))
-    found.greatest = std::nextafter(found.greatest, std::numeric_limits<float>::infinity());
-  return found;
+  return parts;
 }
 
 }  // namespace psivox

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/vector_relational.hpp>
 
 #include "base/text.h"
 #include "field/leaf_values.h"
@@ -24,17 +24,6 @@ std::shared_ptr<const Field> share(Field field) {
 /// Temperature at which a black body begins to glow visibly (J. W. Draper, 1847) [K].
 constexpr double draper_point = 798;
 
-bool has_negative_values(const Field& field) {
-  if (field.reader) return field.stored_range->x < 0;
-  const auto negative = [](float v) { return v < 0; };
-  return std::any_of(field.leaves.begin(), field.leaves.end(),
-                     [&](const Leaf& leaf) {
-                       return std::ranges::any_of(OrderedValues(field, leaf), negative);
-                     }) ||
-         std::any_of(field.tiles.begin(), field.tiles.end(),
-                     [&](const Tile& tile) { return glm::any(glm::lessThan(tile.value, {})); });
-}
-
 /// Whether the numbers are codes of 8 bits: whole ones, some of them above 1; or any up to 255,
 /// some of them far above what a colour has. Codes that were resampled are no whole numbers.
 bool has_codes(const Field& colors) {
@@ -43,10 +32,12 @@ bool has_codes(const Field& colors) {
   if (!(greatest > 1) || greatest > greatest_code) return false;
   if (greatest > far_above) return true;
   const auto is_whole = [](float v) { return v >= 0 && v == std::floor(v); };
-  return std::ranges::all_of(colors.leaves,
-                             [&](const Leaf& leaf) {
-                               return std::ranges::all_of(OrderedValues(colors, leaf), is_whole);
-                             }) &&
+  return fold_leaves(
+             colors, true,
+             [&](bool& all, const Leaf&, const OrderedValues& values) {
+               all = all && std::ranges::all_of(values, is_whole);
+             },
+             std::logical_and<>()) &&
          std::ranges::all_of(colors.tiles, [&](const Tile& tile) {
            return is_whole(tile.value.x) && is_whole(tile.value.y) && is_whole(tile.value.z);
          });
@@ -55,7 +46,7 @@ bool has_codes(const Field& colors) {
 /// Replaces negative luminance by 0. Reading does so too, except if the luminance is also the
 /// density and has the role of data.
 std::shared_ptr<const Field> without_negative(std::shared_ptr<const Field> field) {
-  if (!has_negative_values(*field)) return field;
+  if (!(range_of_all(*field).x < 0)) return field;
   return share(map_field(*field, field->channels,
                          [](const glm::vec3& value) { return glm::max(value, glm::vec3(0)); }));
 }

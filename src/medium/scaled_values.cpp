@@ -1,6 +1,3 @@
-#include <tbb/blocked_range.h>
-#include <tbb/parallel_reduce.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -20,21 +17,16 @@ constexpr double no_value = std::numeric_limits<double>::infinity();
 constexpr double symlog_decades = 3;
 
 double least_positive(const Field& field) {
-  const auto lesser = [](double known, float value) {
-    return value > 0 ? std::min(known, double(value)) : known;
+  const auto take = [](double& found, double value) {
+    if (value > 0) found = std::min(found, value);
   };
-  double found = no_value;
-  for (const Tile& tile : field.tiles) found = lesser(found, tile.value.x);
-  visit_leaves(field, [&](std::span<const Leaf> leaves) {
-    found = tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, leaves.size()), found,
-        [&](const auto& some, double known) {
-          for (std::size_t n = some.begin(); n != some.end(); ++n)
-            for (const float value : OrderedValues(field, leaves[n])) known = lesser(known, value);
-          return known;
-        },
-        [](double a, double b) { return std::min(a, b); });
-  });
+  double found = fold_leaves(
+      field, no_value,
+      [&](double& own, const Leaf&, const OrderedValues& values) {
+        for (const float value : values) take(own, double(value));
+      },
+      [](double a, double b) { return std::min(a, b); });
+  for (const Tile& tile : field.tiles) take(found, double(tile.value.x));
   return found;
 }
 

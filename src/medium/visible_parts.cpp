@@ -1,8 +1,6 @@
 #include "medium/visible_parts.h"
 
-#include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <cmath>
@@ -12,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "field/field_index.h"
 #include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
@@ -133,23 +132,17 @@ class BlockFinder {
       : field_(field), weight_(weight), lattice_(field) {}
 
   std::vector<VisibleBlock> find() const {
-    WeightCounts counts;
-    std::vector<LeafWeights> found;
-    visit_leaves(field_, [&](std::span<const Leaf> some) { counts += weigh(some, found); });
-    for (const Tile& tile : field_.tiles)
-      counts.add(weight_(&tile.value.x), std::uint64_t(std::pow(tile.width, 3)));
-    const double greatest = counts.exceeded_by(odd_share);
+    const double greatest = counts().exceeded_by(odd_share);
     if (!(greatest > 0)) return {};
     const double faintest = least_weight * greatest;
     const float vacuum[3] = {0, 0, 0};
     if (weight_(vacuum) >= faintest && !stores_domain(field_)) return {domain_block(field_)};
-    leave_out(faintest, found);
     MergedBlocks merged(field_.leaves.size());
-    auto next = found.begin();
-    for (const Leaf& leaf : field_.leaves) {
-      const LeafWeights& weights = *next++;
-      if (double(weights.greatest) >= faintest) add(leaf, weights, merged);
-    }
+    visit_leaves(field_, [&](std::span<const Leaf> some) {
+      constexpr std::size_t at_once = 2048;
+      for (; !some.empty(); some = some.subspan(std::min(at_once, some.size())))
+        add(some.first(std::min(at_once, some.size())), faintest, merged);
+    });
     for (const Tile& tile : field_.tiles)
       if (const double weight = weight_(&tile.value.x); weight >= faintest)
         add(tile, weight, merged);
@@ -157,40 +150,31 @@ class BlockFinder {
   }
 
  private:
-  /// Adds what is found in some leaves, one after another.
-  WeightCounts weigh(std::span<const Leaf> some, std::vector<LeafWeights>& leaves) const {
-    const std::size_t first = leaves.size();
-    leaves.resize(first + some.size());
-    return tbb::parallel_reduce(
-        tbb::blocked_range<std::size_t>(0, some.size(), 64), WeightCounts(),
-        [&](const auto& range, WeightCounts own) {
-          for (std::size_t n = range.begin(); n != range.end(); ++n)
-            leaves[first + n] =
-                weigh_leaf(field_, some[n], weight_, 0, [&](auto w) { own.add(w, 1); });
-          return own;
+  /// Of all voxels, inside the domain or not.
+  WeightCounts counts() const {
+    const auto stride = std::size_t(field_.channels);
+    WeightCounts sum = fold_leaves(
+        field_, WeightCounts(),
+        [&](WeightCounts& own, const Leaf&, const OrderedValues& values) {
+          for (std::size_t i = 0; i < values.size(); i += stride)
+            own.add(weight_(values.data() + i), 1);
         },
         [](WeightCounts a, const WeightCounts& b) { return a += b; });
+    for (const Tile& tile : field_.tiles) sum.add(weight_(&tile.value.x), tile_voxels(tile));
+    return sum;
   }
 
-  /// Leaves fainter voxels out. Only leaves that have such ones beside others are looked at again.
-  void leave_out(double faintest, std::vector<LeafWeights>& found) const {
-    std::vector<std::size_t> cut;
-    for (std::size_t n = 0; n < found.size(); ++n)
-      if (found[n].is_cut_by(faintest)) cut.push_back(n);
-    if (cut.empty()) return;
-    std::size_t first = 0;
-    const auto look = [&](std::span<const Leaf> leaves) {
-      const bool all = !field_.reader;  // of them
-      const std::size_t count = all ? cut.size() : leaves.size();
-      tbb::parallel_for(std::size_t{0}, count, [&](std::size_t k) {
-        const std::size_t n = cut[first + k];
-        found[n] = weigh_leaf(field_, leaves[all ? n : k], weight_, faintest, [](auto) {});
-      });
-      first += count;
-    };
-    visit_leaves(field_, look, [&, n = std::size_t{0}](const Leaf&) mutable {
-      return found[n++].is_cut_by(faintest);
+  void add(std::span<const Leaf> leaves, double faintest, MergedBlocks& merged) const {
+    std::vector<LeafParts> found(leaves.size());
+    tbb::parallel_for(std::size_t{0}, leaves.size(), [&](std::size_t n) {
+      found[n] = weigh_leaf(field_, leaves[n], weight_, faintest);
     });
+    for (std::size_t n = 0; n < leaves.size(); ++n)
+      for (const LeafPart& part : found[n]) {
+        if (!(part.amount > 0)) continue;
+        const glm::ivec3 low = leaves[n].origin + part.low();
+        merged.add(lattice_.cube_of(low), grown(low, leaves[n].origin + part.high(), part.amount));
+      }
   }
 
   /// Grown by a voxel, inside the domain.
@@ -198,15 +182,6 @@ class BlockFinder {
     const Box domain = field_.domain();
     return {glm::max(glm::dvec3(min - 1), glm::dvec3(domain.min)),
             glm::min(glm::dvec3(max + 1), glm::dvec3(domain.max)), amount};
-  }
-
-  void add(const Leaf& leaf, const LeafWeights& weights, MergedBlocks& merged) const {
-    for (std::size_t part = 0; part < weights.amounts.size(); ++part) {
-      if (!(weights.amounts[part] > 0)) continue;
-      const glm::ivec3 low = leaf.origin + weights.low(part),
-                       high = leaf.origin + weights.high(part);
-      merged.add(lattice_.cube_of(low), grown(low, high, 512 * double(weights.amounts[part])));
-    }
   }
 
   /// The cells that the tile fills are one block, which is as visible as they are.
@@ -244,12 +219,8 @@ class BlockFinder {
 /// The value around what a surface encloses: 0, or where the domain ends with its voxels that of
 /// the first.
 double value_outside(const Field& field) {
-  const auto first = [](const auto& place) { return place.origin == glm::ivec3(0); };
   if (field.margin > 0 || field.active_box.min != glm::ivec3(0)) return 0;
-  if (const auto leaf = std::ranges::find_if(field.leaves, first); leaf != field.leaves.end())
-    return double(OrderedValues(field, *leaf)[0]);
-  const auto tile = std::ranges::find_if(field.tiles, first);
-  return tile != field.tiles.end() ? double(tile->value.x) : 0;
+  return FieldIndex(field).at(glm::ivec3(0)).x;
 }
 
 template <typename Weight>

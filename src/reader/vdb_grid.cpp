@@ -21,7 +21,6 @@ namespace psivox::vdb {
 namespace {
 
 constexpr std::size_t batch_leaves = 2048, leaves_per_task = 64;
-constexpr std::int64_t ahead_bytes = 8 << 20;  // that the system is asked to read
 /// Enough for the kind of a leaf's values and the length of their block. [bytes]
 constexpr std::int64_t head_bytes = 32;
 constexpr std::int64_t widest_gap = 4 << 10;  // that is read rather than skipped [bytes]
@@ -193,14 +192,14 @@ class VdbGrid final : public FileGrid {
     std::vector<LeafPlace> batch;
     std::size_t wanted = enough ? 1 : batch_leaves;
     for (std::size_t first = 0; first < leaves_.size(); first += batch.size()) {
-      file_->announce(end, ahead_bytes);
       batch.clear();
       while (batch.size() < std::min(wanted, leaves_.size() - first)) {
         skip(*leaves_[first + batch.size()]);
         batch.push_back({end, stream_.tellg()});
         end = batch.back().end;
+        if (batch.size() % leaves_per_task == 0) buffer_.report(end);
       }
-      buffer_.read_to(end);
+      buffer_.report(end);
       decoder.decode(batch, /*in_runs=*/true,
                      [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
       if (enough && enough()) return;

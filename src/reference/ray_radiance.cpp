@@ -5,6 +5,7 @@
 #include <glm/geometric.hpp>
 #include <list>
 
+#include "field/value_range.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -25,14 +26,8 @@ double longest_way(const Field& field) {
 
 /// Largest magnitude of a value in any channel.
 double max_magnitude(const Field& field) {
-  double largest = 0;
-  for (const Leaf& leaf : field.leaves)
-    for (const float value : OrderedValues(field, leaf))
-      largest = std::max(largest, std::abs(double(value)));
-  for (const Tile& tile : field.tiles)
-    for (int c = 0; c < field.channels; ++c)
-      largest = std::max(largest, std::abs(double(tile.value[c])));
-  return largest;
+  const glm::dvec2 range = range_of_all(field);
+  return std::max(-range.x, range.y);
 }
 
 double largest_attenuation(const Medium& medium, const GridWalk& density,

@@ -114,7 +114,7 @@ Field Scan::read(std::int64_t frame, const std::string& name, const Progress& pr
 
 std::string data_path(FileBlocks& header) {
   namespace fs = std::filesystem;
-  const FileRun first = header.run(0, 1);
+  const FileRun first = header.run(0);
   const std::string_view head(first.bytes.get(), std::size_t(first.size));
   fs::path own(header.path());
   if (is_nifti(head)) {
@@ -136,7 +136,7 @@ std::string data_path(FileBlocks& header) {
 
 std::unique_ptr<Scan> open_scan(std::shared_ptr<FileBlocks> file,
                                 std::shared_ptr<FileBlocks> data) {
-  const FileRun first = file->run(0, 1);
+  const FileRun first = file->run(0);
   std::string head(first.bytes.get(), std::size_t(std::min<std::int64_t>(first.size, 8)));
   const bool packed = head.starts_with("\x1f\x8b");
   try {

@@ -67,7 +67,6 @@ class GridFile {
   void guarded(const GridEntry& entry, const std::function<void()>& work) const;
 
   const std::string& path() const { return file_->path(); }
-  FileBlocks& file() const { return *file_; }
 
  protected:
   /// `progress` receives the fraction of a grid that has been read.

@@ -22,7 +22,7 @@ LoadedModule load() {
 }  // namespace
 
 bool begins(FileBlocks& file, std::string_view magic) {
-  const FileRun first = file.run(0, 1);
+  const FileRun first = file.run(0);
   return std::string_view(first.bytes.get(), std::size_t(first.size)).starts_with(magic);
 }
 

@@ -21,7 +21,7 @@ namespace {
 
 /// Throws for a file of a format that psivox does not read.
 [[noreturn]] void refuse_foreign(FileBlocks& file) {
-  const FileRun first = file.run(0, 1);
+  const FileRun first = file.run(0);
   const std::string_view head(first.bytes.get(), std::size_t(first.size));
   const std::string format = foreign_format(file.path(), head);
   const std::string unknown =

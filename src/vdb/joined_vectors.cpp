@@ -24,29 +24,27 @@ struct Places {
 /// Blocks of tiles that are not the same cubes in all three.
 constexpr std::size_t most_blocks = std::size_t{1} << 20;
 
-Places places_of(const std::array<Field, 3>& components, const std::string& name) {
+using Indices = std::array<FieldIndex, 3>;
+
+Places places_of(const std::array<Field, 3>& components, const Indices& indices,
+                 const std::string& name) {
   Places places;
-  const auto find = [](const Field& field, const Tile& tile) -> const Tile* {
-    const auto same = std::ranges::find_if(field.tiles, [&](const Tile& other) {
-      return other.origin == tile.origin && other.width == tile.width;
-    });
-    return same == field.tiles.end() ? nullptr : &*same;
-  };
   for (const Field& field : components) {
     for (const Leaf& leaf : field.leaves) places.blocks.insert(leaf.origin);
     for (const Tile& tile : field.tiles) {
-      std::array<const Tile*, 3> all{};
-      for (std::size_t c = 0; c < 3; ++c) all[c] = find(components[c], tile);
-      if (all[0] && all[1] && all[2]) {
-        if (&field == components.data())
-          places.tiles.push_back(
-              {tile.origin, tile.width, {all[0]->value.x, all[1]->value.x, all[2]->value.x}});
-        continue;
+      const Box box{tile.origin, tile.origin + (tile.width - 1)};
+      bool same = true;
+      glm::vec3 value;
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto [voxels, block] = indices[c].cube(tile.origin);
+        same = same && block.stored && block.is_constant() && voxels == box;
+        value[int(c)] = block.values.channel(0);
       }
-      for (int x = 0; x < tile.width; x += 8)
-        for (int y = 0; y < tile.width; y += 8)
-          for (int z = 0; z < tile.width; z += 8)
-            places.blocks.insert(tile.origin + glm::ivec3(x, y, z));
+      if (same && &field == components.data())
+        places.tiles.push_back({tile.origin, tile.width, value});
+      if (same) continue;
+      for_points({box.min >> 3, box.max >> 3},
+                 [&](const glm::ivec3& block) { places.blocks.insert(8 * block); });
       if (places.blocks.size() > most_blocks)
         throw Error(ExitCode::memory, "grid " + in_quotes(name) +
                                           ": its components have too many tiles of their own; "
@@ -129,12 +127,12 @@ Field joined_vectors(const std::string& name, const std::array<Field, 3>& compon
                                                         glm::max(joined.active_box.max, box.max)};
   }
   place(components, joined);
-  Places places = places_of(components, name);
+  const Indices indices{FieldIndex(components[0]), FieldIndex(components[1]),
+                        FieldIndex(components[2])};
+  Places places = places_of(components, indices, name);
   joined.tiles = std::move(places.tiles);
   for (const glm::ivec3& origin : places.blocks) joined.leaves.push_back({origin, nullptr});
   std::ranges::sort(joined.leaves, comes_before, &Leaf::origin);
-  const std::array<FieldIndex, 3> indices{FieldIndex(components[0]), FieldIndex(components[1]),
-                                          FieldIndex(components[2])};
   fill_leaves(joined, [&](std::size_t n, float* to) {
     for (std::size_t c = 0; c < 3; ++c) {
       const FieldIndex::Block block = indices[c].block(joined.leaves[n].origin);

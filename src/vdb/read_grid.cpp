@@ -19,8 +19,6 @@
 namespace psivox::vdb {
 namespace {
 
-constexpr std::uint64_t most_kept = 32 << 20;  // of the bytes of a file whose values stay there
-
 /// The value that stands for the grid's background; unset: its own stays. Throws Error(input) if it
 /// is not 0 under options.strict.
 std::optional<double> other_background(const FileGrid& grid, const ReadOptions& options,
@@ -79,7 +77,6 @@ class Reading {
  public:
   Reading(GridFile& file, const GridEntry& entry, const ReadOptions& options)
       : options_(options),
-        file_(file),
         subject_(subject(file.path(), entry.name)),
         read_(file.open(entry, options.active)),
         grid_(*read_) {
@@ -273,8 +270,6 @@ class Reading {
   /// Surveys leaves and keeps no value of them.
   Field leave_in_file() {
     add_class_notices();
-    if (options_.memory)
-      file_.file().keep_at_most(std::int64_t(std::min(most_kept, options_.memory / 8)));
     survey_ = leaf_survey(/*ranges=*/true);
     for (const glm::ivec3& origin : grid_.topology().leaves)
       field_.leaves.push_back({origin, nullptr});
@@ -308,7 +303,6 @@ class Reading {
   }
 
   const ReadOptions& options_;
-  GridFile& file_;
   std::string subject_;
   std::unique_ptr<FileGrid> read_;
   FileGrid& grid_;

@@ -6,7 +6,6 @@
 #include <array>
 #include <atomic>
 #include <cmath>
-#include <functional>
 #include <memory>
 #include <new>
 #include <optional>
@@ -16,6 +15,7 @@
 #include <string_view>
 #include <vector>
 
+#include "field/block_map.h"
 #include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "reading_messages.h"
@@ -41,45 +41,34 @@ void require(bool holds, const char* what) {
   if (!holds) throw std::runtime_error(what);
 }
 
-/// A cube of leaves of one width, in a list in the tree's order.
-struct Cube {
-  TreeOrder order;
-  glm::ivec3 origin;
-};
-
-void check_order(const std::vector<Cube>& cubes, int width) {
-  for (const Cube& cube : cubes)
-    for (int axis = 0; axis < 3; ++axis)
-      require(cube.origin[axis] % width == 0, "a block lies between the places of blocks");
-  for (std::size_t n = 1; n < cubes.size(); ++n)
-    require(cubes[n - 1].order < cubes[n].order, "blocks are not in order");
-}
-
-/// No small cube may lie in a wide one. All that lie in it would follow its origin.
-void check_apart(const std::vector<Cube>& wide, int width, const std::vector<Cube>& small) {
-  for (const Cube& cube : wide) {
-    const auto first = std::ranges::lower_bound(small, cube.order, std::less{}, &Cube::order);
-    const bool inside = first != small.end() && (first->origin & ~(width - 1)) == cube.origin;
-    require(!inside, "blocks overlap");
-  }
-}
-
+/// Blocks must lie at the places of blocks of their width, in the tree's order, and none in
+/// another.
 void check_places(const Field& field) {
-  constexpr std::array<int, 4> widths{8, 8, 128, 4096};  // of leaves, then of tiles
-  std::array<std::vector<Cube>, 4> cubes;
-  cubes[0].reserve(field.leaves.size());
-  for (const Leaf& leaf : field.leaves) cubes[0].push_back({tree_order(leaf.origin), leaf.origin});
-  for (const Tile& tile : field.tiles) {
-    const auto width = std::find(widths.begin() + 1, widths.end(), tile.width);
-    require(width != widths.end(), "a tile has an impossible width");
-    cubes[static_cast<std::size_t>(width - widths.begin())].push_back(
-        {tree_order(tile.origin), tile.origin});
+  constexpr std::array<int, 3> widths{4096, 128, 8};
+  std::array<BlockMap, 3> taken;
+  const auto add = [&](std::size_t level, const glm::ivec3& origin,
+                       std::optional<TreeOrder>& last) {
+    const TreeOrder order = tree_order(origin);
+    require((origin & (widths[level] - 1)) == glm::ivec3(0),
+            "a block lies between the places of blocks");
+    require(!last || *last < order, "blocks are not in order");
+    last = order;
+    for (std::size_t wider = 0; wider <= level; ++wider)
+      require(taken[wider].find(origin & ~(widths[wider] - 1)) == BlockMap::none, "blocks overlap");
+    taken[level].insert(origin, 0);
+  };
+  std::size_t tiles = 0;
+  for (std::size_t level = 0; level < widths.size(); ++level) {
+    std::optional<TreeOrder> last;
+    for (const Tile& tile : field.tiles)
+      if (tile.width == widths[level]) {
+        add(level, tile.origin, last);
+        ++tiles;
+      }
   }
-  for (std::size_t i = 0; i < cubes.size(); ++i) {
-    check_order(cubes[i], widths[i]);
-    for (std::size_t smaller = 0; smaller < i; ++smaller)
-      check_apart(cubes[i], widths[i], cubes[smaller]);
-  }
+  require(tiles == field.tiles.size(), "a tile has an impossible width");
+  std::optional<TreeOrder> last;
+  for (const Leaf& leaf : field.leaves) add(2, leaf.origin, last);
 }
 
 void check_range(const std::optional<glm::vec2>& range) {
