@@ -139,7 +139,7 @@ double process_ms() {
   return 1e3 * (now_s - ticks / double(sysconf(_SC_CLK_TCK)));
 }
 
-std::string RenderReport::json() const {
+nlohmann::ordered_json RenderReport::as_json() const {
   const RenderStats& stats = drawn.stats;
   const PreparationTimes& times = drawn.times;
   const AtlasSize& atlas = drawn.atlas;
@@ -152,38 +152,40 @@ std::string RenderReport::json() const {
                  {"clipped_pixels", written.clipped}};
   if (!drawn.image.deep.counts.empty()) counts["deep_samples"] = drawn.image.deep.samples.size();
   const Json error = error_json(*this);
-  const Json report = {
-      {"version", PSIVOX_VERSION},
-      {"renderer", stats.renderer},
-      {"guard", reading_guard()},
-      {"input", input},
-      {"output", output},
-      {"times_ms",
-       {{"startup", startup_ms},
-        {"read", read_ms},
-        {"atlas", times.atlas_ms},
-        {"light", times.light_ms},
-        {"light_cpu", times.light_cpu_ms},
-        {"plan", times.plan_ms},
-        {"plan_cpu", times.plan_cpu_ms},
-        {"gl_init", stats.gl_init_ms},
-        {"shader", stats.shader_ms},
-        {"upload", stats.upload_ms},
-        {"march", stats.march_ms},
-        {"march_cpu", stats.cpu_ms},
-        {"march_gpu", stats.gpu_ms},
-        {"write", written.write_ms},
-        {"total", total_ms}}},
-      {"counts", counts},
-      {"error", error},
-      {"bytes",
-       {{"atlas", atlas.bytes()},
-        {"atlas_texels", atlas.texel_bytes},
-        {"atlas_pages", atlas.page_bytes},
-        {"atlas_constants", atlas.constant_bytes},
-        {"output", written.bytes}}},
-      {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
-  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return {{"version", PSIVOX_VERSION},
+          {"renderer", stats.renderer},
+          {"guard", reading_guard()},
+          {"input", input},
+          {"output", output},
+          {"times_ms",
+           {{"startup", startup_ms},
+            {"read", read_ms},
+            {"atlas", times.atlas_ms},
+            {"light", times.light_ms},
+            {"light_cpu", times.light_cpu_ms},
+            {"plan", times.plan_ms},
+            {"plan_cpu", times.plan_cpu_ms},
+            {"gl_init", stats.gl_init_ms},
+            {"shader", stats.shader_ms},
+            {"upload", stats.upload_ms},
+            {"march", stats.march_ms},
+            {"march_cpu", stats.cpu_ms},
+            {"march_gpu", stats.gpu_ms},
+            {"write", written.write_ms},
+            {"total", total_ms}}},
+          {"counts", counts},
+          {"error", error},
+          {"bytes",
+           {{"atlas", atlas.bytes()},
+            {"atlas_texels", atlas.texel_bytes},
+            {"atlas_pages", atlas.page_bytes},
+            {"atlas_constants", atlas.constant_bytes},
+            {"output", written.bytes}}},
+          {"bricks", {{"textured", atlas.textured_bricks}, {"constant", atlas.constant_bricks}}}};
+}
+
+std::string RenderReport::json() const {
+  return as_json().dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 std::string RenderReport::table() const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdio>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -112,6 +113,7 @@ struct RenderReport {
   std::optional<CheckedError> checked;  ///< from --check-error
   WrittenPicture written;
 
+  nlohmann::ordered_json as_json() const;
   std::string json() const;
   std::string table() const;  ///< lines to be read by people
 };
