@@ -194,9 +194,11 @@ def test_text(browser, folder):
 def test_foreign(browser, folder):
     """A name in a foreign results.json is text and runs nothing."""
     evil = "<img src=x onerror=document.title='run'>"
-    page = (folder / "study/index.html").read_text()
+    begin, rest = (folder / "study/index.html").read_text().split('id="data">')
+    data, end = rest.split("</script>", 1)
     inside = json.dumps(evil).replace("<", "\\u003c")[1:-1]
-    (folder / "study/evil.html").write_text(page.replace("psi-exact", inside))
+    (folder / "study/evil.html").write_text(
+        f'{begin}id="data">{data.replace("psi-exact", inside)}</script>{end}')
     browser.open(folder / "study/evil.html")
     expect(evil in browser.run("return document.body.innerText"), "a name is not shown")
     expect(browser.run("return document.title").startswith("psivox study of"), "a name runs")
