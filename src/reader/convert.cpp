@@ -1,5 +1,3 @@
-#include "convert.h"
-
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/GridTransformer.h>
 #include <openvdb/tools/Interpolation.h>
@@ -12,6 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "archives.h"
 #include "base/text.h"
 #include "field/index_space.h"
 #include "topology_builder.h"
