@@ -126,7 +126,7 @@ std::vector<Region> Regions::front_to_back(const Camera& camera,
 }
 
 std::vector<glm::ivec3> leaf_bricks(const Field& field) {
-  BlockMap seen(2 * field.leaves.size());
+  BlockMap seen(field.leaves.size());
   std::vector<glm::ivec3> bricks;
   for (const Leaf& leaf : field.leaves)
     for (int i = 0; i < 8; ++i) {

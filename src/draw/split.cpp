@@ -71,7 +71,7 @@ struct Needs {
   double fields() const { return density + shine; }
   /// Of atlases on host and GPU, with all of them.
   double whole() const { return 2 * fixed + copies.whole * (texels + light); }
-  /// How much more than all of the bricks some of them are, with others around them.
+  /// A part of so many bricks, and `by` more around it, as a share of all bricks.
   double grown(double count, int by) const {
     return std::pow(std::cbrt(count) + 2 * by, 3) / bricks;
   }

@@ -3,7 +3,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
@@ -13,6 +12,7 @@
 #include <unordered_set>
 
 #include "base/text.h"
+#include "field/field_cursor.h"
 #include "field/field_index.h"
 #include "field/index_space.h"
 #include "psivox/error.h"
@@ -63,36 +63,23 @@ std::vector<glm::ivec3> candidate_blocks(const Field& field) {
 
 /// Computes the 512 magnitudes of a block. Returns whether one is not 0. Beside `known` there is no
 /// value, nor where a voxel is absent: differences there are one-sided.
-bool compute_block(const FieldIndex& index, const glm::dmat3& normal, const glm::ivec3& origin,
+bool compute_block(FieldCursor values, const glm::dmat3& normal, const glm::ivec3& origin,
                    const Box& known, float* to) {
-  using Block = FieldIndex::Block;
-  const Block own = index.block(origin);
-  std::array<Block, 6> around;
-  for (int axis = 0; axis < 3; ++axis)
-    for (int side = 0; side < 2; ++side) {
-      glm::ivec3 there = origin;
-      there[axis] += side ? 8 : -8;
-      around[2 * std::size_t(axis) + std::size_t(side)] = index.block(there);
-    }
   bool any = false;
   for (int i = 0; i < 512; ++i) {
-    const glm::ivec3 local = leaf_voxel(i);
-    glm::dvec3 difference;
-    for (int axis = 0; axis < 3; ++axis) {
-      const int stride = axis == 0 ? 64 : axis == 1 ? 8 : 1;
-      const std::size_t below = 2 * std::size_t(axis);
-      const float low =
-          local[axis] > 0 ? own.value(i - stride) : around[below].value(i + 7 * stride);
-      const float high =
-          local[axis] < 7 ? own.value(i + stride) : around[below + 1].value(i - 7 * stride);
-      const int at = origin[axis] + local[axis];
-      const bool has_low = at != known.min[axis] && !std::isnan(low),
-                 has_high = at != known.max[axis] && !std::isnan(high);
-      const double here = double(own.value(i));
-      difference[axis] = (has_high ? double(high) : here) - (has_low ? double(low) : here);
+    const glm::ivec3 voxel = origin + leaf_voxel(i);
+    const double here = values.at(voxel);
+    glm::dvec3 difference(0);
+    for (int axis = 0; axis < 3 && known.contains(voxel) && !std::isnan(here); ++axis) {
+      glm::ivec3 before = voxel, behind = voxel;
+      --before[axis];
+      ++behind[axis];
+      const double low = values.at(before), high = values.at(behind);
+      const bool has_low = voxel[axis] != known.min[axis] && !std::isnan(low),
+                 has_high = voxel[axis] != known.max[axis] && !std::isnan(high);
+      difference[axis] = (has_high ? high : here) - (has_low ? low : here);
       if (!has_low || !has_high) difference[axis] *= 2;
     }
-    if (!known.contains(origin + local) || std::isnan(own.value(i))) difference = glm::dvec3(0);
     to[i] = float(0.5 * glm::length(normal * difference));
     any = any || to[i] != 0;
   }
@@ -125,14 +112,14 @@ Field gradient_of_voxels(const Field& field) {
   result.active_box = field.active_box;
   result.margin = field.margin;
   result.world_from_index = field.world_from_index;
-  const FieldIndex index(field);
+  const FieldCursor cursor(field);
   const glm::dmat3 normal = glm::transpose(glm::inverse(glm::dmat3(field.world_from_index)));
   const std::vector<glm::ivec3> blocks = candidate_blocks(field);
   const Box known = field.margin == 0 ? field.domain() : everywhere;
   const auto values = std::make_shared_for_overwrite<float[]>(blocks.size() * 512);
   std::vector<char> any(blocks.size());
   tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t n) {
-    any[n] = compute_block(index, normal, blocks[n], known, values.get() + n * 512);
+    any[n] = compute_block(cursor, normal, blocks[n], known, values.get() + n * 512);
   });
   for (std::size_t n = 0; n < blocks.size(); ++n)
     if (any[n]) result.leaves.push_back({blocks[n], values.get() + n * 512});

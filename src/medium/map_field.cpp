@@ -8,7 +8,6 @@
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <glm/vector_relational.hpp>
 #include <memory>
 #include <unordered_set>
 
@@ -32,49 +31,30 @@ void check_count(const Field& field, std::size_t tiles) {
                     "with it; take --classification post, or a function that is 0 at 0");
 }
 
-class Filler {
- public:
-  explicit Filler(const Field& field) : field_(field), index_(field), domain_(field.domain()) {}
-
-  /// Fills the cubes of one width that lie in [min, max].
-  void fill(int level, const glm::ivec3& min, const glm::ivec3& max) {
-    const int width = FieldIndex::widths[std::size_t(level)];
-    const int shift = std::countr_zero(unsigned(width));
-    for_points({min >> shift, max >> shift},
-               [&](const glm::ivec3& cube) { fill_cube(level, width, cube << shift); });
-  }
-
-  std::vector<Tile> tiles;
-
- private:
-  void fill_cube(int level, int width, const glm::ivec3& origin) {
-    if (index_.is_one(level, origin)) return;
-    // Cubes of the greatest width that reach beyond a small domain lie mostly outside it, and an
-    // atlas visits all of a tile's surface. So they are split.
-    const glm::ivec3 last = origin + (width - 1);
-    const bool sticks_out = level == 0 && (glm::any(glm::lessThan(origin, domain_.min)) ||
-                                           glm::any(glm::greaterThan(last, domain_.max)));
-    if (sticks_out || index_.holds_any(level, origin)) {
-      fill(level + 1, glm::max(origin, domain_.min), glm::min(origin + (width - 1), domain_.max));
-      return;
-    }
-    tiles.push_back({origin, width, glm::vec3(0)});
-    check_count(field_, tiles.size());
-  }
-
-  const Field& field_;
-  FieldIndex index_;
-  Box domain_;
-};
-
 /// Adds tiles of value 0 wherever a field's domain has neither leaf nor tile, so that a function of
 /// the stored values applies to all values. Throws Error(memory) if that takes more than 2^22
 /// tiles.
 void fill_domain(Field& field) {
-  Filler filler(field);
+  const FieldIndex index(field);
   const Box domain = field.domain();
-  filler.fill(0, domain.min, domain.max);
-  field.tiles.insert(field.tiles.end(), filler.tiles.begin(), filler.tiles.end());
+  std::vector<Tile> tiles;
+  const auto fill = [&](const auto& self, const Box& box, std::size_t level) -> void {
+    const int width = FieldIndex::widths[level];
+    const int shift = std::countr_zero(unsigned(width));
+    for_points({box.min >> shift, box.max >> shift}, [&](const glm::ivec3& cube) {
+      const glm::ivec3 origin = cube << shift;
+      if (index.is_one(int(level), origin)) return;
+      const Box whole{origin, origin + (width - 1)}, inside = common(whole, domain);
+      // Cubes of the greatest width that reach beyond a small domain lie mostly outside it, and an
+      // atlas visits all of a tile's surface. So they are split.
+      if ((level == 0 && inside != whole) || index.holds_any(int(level), origin))
+        return self(self, inside, level + 1);
+      tiles.push_back({origin, width, glm::vec3(0)});
+      check_count(field, tiles.size());
+    });
+  };
+  fill(fill, domain, 0);
+  field.tiles.insert(field.tiles.end(), tiles.begin(), tiles.end());
 }
 
 /// Adds tiles of value 0 only in the blocks of 8^3 voxels next to leaves and tiles, whose values

@@ -1,5 +1,3 @@
-#include "convert.h"
-
 #include <openvdb/openvdb.h>
 #include <openvdb/tools/GridTransformer.h>
 #include <openvdb/tools/Interpolation.h>
@@ -12,6 +10,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "archives.h"
 #include "base/text.h"
 #include "field/index_space.h"
 #include "topology_builder.h"
@@ -78,16 +77,10 @@ openvdb::GridBase::Ptr tree_of(FileGrid& from) {
 /// Takes the voxels of a grid, which keeps their values.
 template <typename GridT>
 void take_voxels(GridT& grid, ConvertedGrid& made) {
-  Voxels& voxels = made.voxels;
   TopologyBuilder<typename GridT::ValueType> found({}, grid.background());
-  take_nodes(grid.tree().root(), found, [&](auto& leaf) {
-    voxels.leaves.push_back(floats_of(leaf.buffer().data()));
-    voxels.active.push_back(mask_of(leaf.getValueMask()));
-  });
-  Topology topology = found.take();
-  made.summary = topology.summary;
-  made.origins = std::move(topology.leaves);
-  voxels.tiles = std::move(topology.tiles);
+  take_nodes(grid.tree().root(), found,
+             [&](auto& leaf) { made.values.push_back(floats_of(leaf.buffer().data())); });
+  made.topology = found.take();
 }
 
 /// Least and greatest of 0 and the finite active values.
@@ -239,7 +232,7 @@ ConvertedGrid convert(FileGrid& from, const ReadOptions& options) {
     tree = resample_to_linear(tree, made);
   }
   tree->apply<FloatGrids>([&](auto& typed) { take_voxels(typed, made); });
-  made.voxels.storage = tree;
+  made.storage = tree;
   return made;
 }
 

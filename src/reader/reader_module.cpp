@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "archives.h"
-#include "convert.h"
 #include "grid_types.h"
 
 namespace psivox::vdb {

@@ -8,7 +8,6 @@
 
 #include "archives.h"
 #include "grid_types.h"
-#include "points.h"
 #include "vdb_grid.h"
 
 namespace psivox::vdb {

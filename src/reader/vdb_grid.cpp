@@ -14,7 +14,6 @@
 
 #include "field/value_range.h"
 #include "grid_types.h"
-#include "points.h"
 #include "topology_builder.h"
 
 namespace psivox::vdb {

@@ -17,19 +17,11 @@
 
 namespace psivox::vdb {
 
-/// What a field takes from a grid's voxels.
-struct Voxels {
-  std::vector<float*> leaves;    ///< the 512 * channels values of each leaf, vectors interleaved
-  std::vector<LeafMask> active;  ///< of each leaf
-  std::vector<TilePart> tiles;   ///< as Topology::tiles
-  Storage storage;               ///< keeps `leaves` alive
-};
-
 /// The grid whose transform is linear, and which is no level set.
 struct ConvertedGrid {
-  Voxels voxels;
-  GridSummary summary;
-  std::vector<glm::ivec3> origins;  ///< of leaves
+  Topology topology;
+  std::vector<float*> values;  ///< the 512 * channels of each leaf, vectors interleaved
+  Storage storage;             ///< keeps `values` alive
   glm::dmat4 world_from_index{1};
   double half_width = 0;     ///< as Field::half_width
   bool wrong_class = false;  ///< a fog of the class of level sets

@@ -79,7 +79,8 @@ class Reading {
       : options_(options),
         subject_(subject(file.path(), entry.name)),
         read_(file.open(entry, options.active)),
-        grid_(*read_) {
+        grid_(*read_),
+        topology_(&grid_.topology()) {
     field_.name = entry.name + (options.active ? ":active" : "");
     field_.value_type = options.active ? "float" : value_type_of(entry.type);
     field_.channels = grid_.channels();
@@ -104,10 +105,7 @@ class Reading {
     refuse(problem_of_distances(grid_.head(), summary));
     set_place(transform.world_from_index, summary);
     if (stays) return leave_in_file();
-    Voxels voxels;
-    ValueSurvey survey = needs_tree() ? take_tree(voxels) : take_leaves(voxels);
-    finish(survey, voxels);
-    field_.storage = std::move(voxels.storage);
+    finish(needs_tree() ? take_tree() : take_leaves());
     return std::move(field_);
   }
 
@@ -151,14 +149,14 @@ class Reading {
     return {options_, field_.channels, ranges, field_.active_box};
   }
 
-  ValueSurvey survey_leaves(Voxels& voxels, const auto& each) {
+  ValueSurvey survey_leaves(const auto& each) {
     survey_ = leaf_survey(options_.role == GridRole::data);
     std::vector<TileValue> tiles;
-    for (const TilePart& part : voxels.tiles)
+    for (const TilePart& part : topology_->tiles)
       tiles.push_back({part.tile().value.x, tile_voxels(part.tile())});
     return vdb::survey_leaves(
-        *survey_, voxels.leaves.size(), tiles, field_.active_voxels, each, [&](std::size_t n) {
-          return survey_->take(field_.leaves[n].origin, voxels.leaves[n], voxels.active[n]);
+        *survey_, values_.size(), tiles, field_.active_voxels, each, [&](std::size_t n) {
+          return survey_->take(field_.leaves[n].origin, values_[n], topology_->masks[n]);
         });
   }
 
@@ -189,48 +187,49 @@ class Reading {
   }
 
   /// Reads leaves and cleans them as they come.
-  ValueSurvey take_leaves(Voxels& voxels) {
+  ValueSurvey take_leaves() {
     add_class_notices();
-    const std::size_t count = grid_.topology().leaves.size();
+    const std::size_t count = topology_->leaves.size();
     const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
-    voxels.tiles = grid_.topology().tiles;
-    voxels.active.resize(count);
-    field_.leaves.resize(count);
-    voxels.storage.leaves = 2048;
+    Storage& storage = field_.storage;
+    storage.leaves = 2048;
     for (std::size_t n = 0; n < count;) {
-      const std::size_t some = std::min(voxels.storage.leaves, count - n);
+      const std::size_t some = std::min(storage.leaves, count - n);
       const std::shared_ptr<float[]> values = page_array<float>(some * length);
-      voxels.storage.blocks.push_back(values);
-      for (std::size_t i = 0; i < some; ++i, ++n)
-        voxels.leaves.push_back(values.get() + i * length);
+      storage.blocks.push_back(values);
+      for (std::size_t i = 0; i < some; ++i, ++n) values_.push_back(values.get() + i * length);
     }
-    return survey_leaves(voxels, [&](const auto& look) {
+    set_leaves();
+    return survey_leaves([&](const auto& look) {
       grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
-        float* const to = voxels.leaves[n];
-        leaf.copy_to(to);
-        voxels.active[n] = leaf.active();
-        field_.leaves[n] = {grid_.topology().leaves[n], to};
-        look(n, to);
+        leaf.copy_to(values_[n]);
+        look(n, values_[n]);
       });
     });
   }
 
   /// Takes what OpenVDB makes of a level set or a frustum.
-  ValueSurvey take_tree(Voxels& voxels) {
-    ConvertedGrid made;
-    explained([&] { made = grids_module().convert(grid_, options_); });
-    add_class_notices(made.wrong_class);
-    for (const std::string& text : made.notices) notice(text);
-    refuse(problem_of({.world_from_index = made.world_from_index}, made.summary));
-    set_place(made.world_from_index, made.summary);
-    field_.half_width = made.half_width;
-    voxels = std::move(made.voxels);
-    for (std::size_t n = 0; n < made.origins.size(); ++n)
-      field_.leaves.push_back({made.origins[n], voxels.leaves[n]});
-    return survey_leaves(voxels, [&](const auto& look) {
-      tbb::parallel_for(std::size_t{0}, made.origins.size(),
-                        [&](std::size_t n) { look(n, voxels.leaves[n]); });
+  ValueSurvey take_tree() {
+    explained([&] { made_ = grids_module().convert(grid_, options_); });
+    add_class_notices(made_.wrong_class);
+    for (const std::string& text : made_.notices) notice(text);
+    topology_ = &made_.topology;
+    refuse(problem_of({.world_from_index = made_.world_from_index}, topology_->summary));
+    set_place(made_.world_from_index, topology_->summary);
+    field_.half_width = made_.half_width;
+    field_.storage = made_.storage;
+    values_ = made_.values;
+    set_leaves();
+    return survey_leaves([&](const auto& look) {
+      tbb::parallel_for(std::size_t{0}, values_.size(),
+                        [&](std::size_t n) { look(n, values_[n]); });
     });
+  }
+
+  /// Sets the leaves whose values will be there.
+  void set_leaves() {
+    for (std::size_t n = 0; n < values_.size(); ++n)
+      field_.leaves.push_back({topology_->leaves[n], values_[n]});
   }
 
   /// Sets tiles. Returns what is found in them; +Inf stays.
@@ -250,21 +249,19 @@ class Reading {
   }
 
   /// Ends the reading of voxels that are in memory.
-  void finish(ValueSurvey& survey, const Voxels& voxels) {
-    survey = survey + take_tiles(voxels.tiles);
+  void finish(ValueSurvey survey) {
+    survey = survey + take_tiles(topology_->tiles);
     const float largest = settle(field_, survey, options_, subject_);
     if (survey.bad.positive_infinite > 0) {
       const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
-      tbb::parallel_for(std::size_t{0}, voxels.leaves.size(), [&](std::size_t n) {
-        replace_infinite(voxels.leaves[n], length, largest);
-      });
+      tbb::parallel_for(std::size_t{0}, values_.size(),
+                        [&](std::size_t n) { replace_infinite(values_[n], length, largest); });
     }
     if (options_.role == GridRole::data) field_.active_range = survey.active.range(largest);
     const auto each_leaf = [&](const auto& take) {
-      for (std::size_t n = 0; n < voxels.leaves.size(); ++n)
-        take(voxels.leaves[n], voxels.active[n]);
+      for (std::size_t n = 0; n < values_.size(); ++n) take(values_[n], topology_->masks[n]);
     };
-    find_percentiles(field_, each_leaf, voxels.tiles, *survey_, options_);
+    find_percentiles(field_, each_leaf, topology_->tiles, *survey_, options_);
   }
 
   /// Surveys leaves and keeps no value of them.
@@ -306,6 +303,9 @@ class Reading {
   std::string subject_;
   std::unique_ptr<FileGrid> read_;
   FileGrid& grid_;
+  const Topology* topology_;    ///< the grid's, or what it was converted to
+  ConvertedGrid made_{};        ///< that, if it was
+  std::vector<float*> values_;  ///< of each leaf
   Field field_;
   std::optional<LeafSurvey> survey_;  ///< with its fill values, once leaves are taken
 };

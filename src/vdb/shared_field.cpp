@@ -1,11 +1,9 @@
 // Fields that come from a guarded process: they are taken from shared memory, and checked.
 
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <new>
 #include <optional>
@@ -80,16 +78,10 @@ void check_values(const Field& field, GridRole role, bool stored) {
     require(all_good({&tile.value.x, static_cast<std::size_t>(field.channels)}, role, field.absent),
             bad_values);
   if (stored) return;
-  std::atomic<bool> good = true;
-  tbb::parallel_for(
-      tbb::blocked_range<std::size_t>(0, field.leaves.size(), 64), [&](const auto& range) {
-        for (std::size_t n = range.begin(); n != range.end(); ++n)
-          if (!all_good(
-                  {field.leaves[n].values, kLeafVoxels * static_cast<std::size_t>(field.channels)},
-                  role, field.absent))
-            good = false;
-      });
-  require(good, bad_values);
+  const auto check = [&](bool& good, const Leaf&, const OrderedValues& values) {
+    good = good && all_good({values.begin(), values.size()}, role, field.absent);
+  };
+  require(fold_leaves(field, true, check, std::logical_and<>()), bad_values);
 }
 
 }  // namespace
