@@ -52,8 +52,8 @@ t 0 "psivox render 'some ex/blobs.vdb' -o 'some ex/fire.png' --look fire" exampl
 cmp -s "$S" "some ex/blobs.vdb" || fail "examples wrote another volume"
 [ "$(cat "some ex"/*.png | wc -c)" -gt 100000 ] && [ "$(md5sum "some ex"/*.png | sort -uk1,1 | wc -l)" = 5 ] ||
   fail "examples drew: $(ls -l "some ex")"
-t 0 "" examples -q -o quiet
-[ ! -s printed.txt ] || fail "examples -q prints $(<printed.txt)"
+__EGL_VENDOR_LIBRARY_FILENAMES=/dev/null t 4 "" examples -q -o quiet
+! grep -q "psivox render" printed.txt || fail "examples -q prints $(<printed.txt)"
 t 5 "" examples -o "$S/below"
 # Thumbnails, also under a name without an extension.
 cp "$S" thumbnail.png
@@ -331,7 +331,7 @@ done
 (cd project && "$program" render data/v.vdb --print-scene >pictures/scene.json)
 t 3 - render --scene project/pictures/scene.json -o b.exr -q
 cp project/pictures/scene.json project/
-t 0 - render --scene project/scene.json -o b.exr -q
+t 0 - render --scene project/scene.json -o b.exr --resolution 8x8 -q
 for renderer in gl march-double reference; do
   t 0 - render "$S" -o $renderer.exr --renderer $renderer --sampling cells $R
 done

@@ -61,19 +61,22 @@ void expect_stored_like_whole(const std::filesystem::path& path, const std::stri
 }
 
 TEST(VdbStoredValues, ValuesThatStayInTheFileAreThoseOfTheWhole) {
+  const auto tiles = ball<openvdb::FloatGrid>("tiles", 20);
+  auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(tiles)->tree();
+  tree.addTile(1, Coord(-64, 8, 16), 7.0f, true);
+  tree.addTile(2, Coord(-256, 0, 0), 3.0f, false);
+  tree.addTile(3, Coord(8192, 0, -4096), 5.0f, true);
+  const openvdb::GridCPtrVec grids{ball<openvdb::FloatGrid>("float", 40),
+                                   ball<openvdb::FloatGrid>("half", 20, /*half=*/true),
+                                   ball<openvdb::DoubleGrid>("double", 20),
+                                   ball<openvdb::Int64Grid>("int64", 20),
+                                   ball<openvdb::BoolGrid>("bool", 20),
+                                   ball<openvdb::Vec3SGrid>("vec3s", 20),
+                                   ball<openvdb::Vec3DGrid>("vec3d", 20, /*half=*/true),
+                                   tiles};
   for (const std::uint32_t codec : codecs()) {
     SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    const auto tiles = ball<openvdb::FloatGrid>("tiles", 20);
-    auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(tiles)->tree();
-    tree.addTile(1, Coord(-64, 8, 16), 7.0f, true);
-    tree.addTile(2, Coord(-256, 0, 0), 3.0f, false);
-    tree.addTile(3, Coord(8192, 0, -4096), 5.0f, true);
-    const auto path = written(
-        {ball<openvdb::FloatGrid>("float", 40), ball<openvdb::FloatGrid>("half", 20, /*half=*/true),
-         ball<openvdb::DoubleGrid>("double", 20), ball<openvdb::Int64Grid>("int64", 20),
-         ball<openvdb::BoolGrid>("bool", 20), ball<openvdb::Vec3SGrid>("vec3s", 20),
-         ball<openvdb::Vec3DGrid>("vec3d", 20, /*half=*/true), tiles},
-        codec);
+    const auto path = written(grids, codec);
     for (const char* name :
          {"float", "half", "double", "int64", "bool", "vec3s", "vec3d", "tiles"}) {
       expect_stored_like_whole(path, name, {GridRole::attenuation});
@@ -191,17 +194,16 @@ TEST(VdbStoredValues, AViewOfThemIsThatOfTheWhole) {
 }
 
 TEST(VdbStoredValues, ABackgroundThatStaysInTheFileIsVacuumAsInTheWhole) {
+  const auto grid = ball<openvdb::FloatGrid>("density", 20);
+  const auto vectors = ball<openvdb::Vec3SGrid>("vectors", 20);
+  openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(7, true);
+  openvdb::gridPtrCast<openvdb::Vec3SGrid>(vectors)->tree().root().setBackground(openvdb::Vec3f(7),
+                                                                                 true);
   for (const std::uint32_t codec : codecs()) {
     SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    const auto grid = ball<openvdb::FloatGrid>("density", 20);
-    const auto vectors = ball<openvdb::Vec3SGrid>("vectors", 20);
-    openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(7, true);
-    openvdb::gridPtrCast<openvdb::Vec3SGrid>(vectors)->tree().root().setBackground(
-        openvdb::Vec3f(7), true);
     const auto path = written({grid, vectors}, codec);
-    for (const char* name : {"density", "vectors"}) {
+    for (const char* name : {"density", "vectors"})
       expect_stored_like_whole(path, name, {GridRole::data});
-    }
   }
 }
 
