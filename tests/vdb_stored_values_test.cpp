@@ -100,8 +100,8 @@ TEST(VdbStoredValues, BadValuesThatStayInTheFileAreReplacedAsInTheWhole) {
   for (const GridRole role : {GridRole::attenuation, GridRole::data}) {
     expect_stored_like_whole(path, "density", {role});
     const ReadOptions strict{.role = role, .strict = true, .memory = 1};
-    EXPECT_NE(input_error([&] { VdbFile(path).read("density", strict); }).find("refused by strict"),
-              std::string::npos);
+    EXPECT_TRUE(
+        has(input_error([&] { VdbFile(path).read("density", strict); }), "refused by strict"));
   }
 }
 
@@ -125,10 +125,10 @@ TEST(VdbStoredValues, APartReadsItsLeavesAlone) {
   const Field same = part_of_field(whole, box);
   ASSERT_EQ(same.leaves.size(), part.leaves.size());
   std::filesystem::resize_file(path, 1000);
-  EXPECT_NE(input_error([&] {
-              part_of_field(stored, Box{glm::ivec3(-60), glm::ivec3(60)});
-            }).find("cannot be read"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] {
+                    part_of_field(stored, Box{glm::ivec3(-60), glm::ivec3(60)});
+                  }),
+                  "cannot be read"));
 }
 
 /// What four ranks read of a file together, to know ranges, extinction and camera: the first reads
@@ -219,7 +219,7 @@ TEST(VdbStoredValues, AGridThatMustBeConvertedWholeIsRefusedBeyondItsMemory) {
       ADD_FAILURE() << "no error";
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ExitCode::memory);
-      EXPECT_NE(std::string(e.what()).find(why), std::string::npos);
+      EXPECT_TRUE(has(e.what(), why));
     }
   };
   expect_refused(path, "distance", {.memory = 1000}, "a level set is converted whole");
