@@ -48,17 +48,6 @@ TEST(Convergence, ApproximationsFollowPsiExact) {
               << info(rule).name << " K " << K << ' ' << h;
 }
 
-TEST(Convergence, PorterDuffIsMidpointFromVacuumToVacuum) {
-  for (const double K : extinctions)
-    for (const double h : {2.0, 1.0, 0.5, 0.25}) {
-      // The same sums over lattices that differ by half a step. They differ only because the first
-      // and last steps here are cut at the ray's ends, in vacuum.
-      const double ratio = rms(Integrator::porter_duff, {K}, -far, far, h, 64) /
-                           rms(Integrator::midpoint, {K}, -far, far, h, 64);
-      EXPECT_NEAR(ratio, 1, 1e-3) << K << ' ' << h;
-    }
-}
-
 /// Computed by another program in float64: 144 steps over 18, RMS over the lattice's phases. Given
 /// to its two digits.
 TEST(ConvergenceTable, OfAnotherProgram) {

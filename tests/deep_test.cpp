@@ -212,8 +212,8 @@ class DeepPicture : public ::testing::Test {
     write_image(image, path(name));
     return path(name);
   }
-  OIIO::ImageBuf deep(const Scene& scene, const std::string& name) const {
-    OIIO::ImageBuf result(written(drawn(scene).image, name));
+  OIIO::ImageBuf deep(const Image& image, const std::string& name) const {
+    OIIO::ImageBuf result(written(image, name));
     EXPECT_TRUE(result.read(0, 0, true)) << result.geterror();
     EXPECT_TRUE(result.deep());
     return result;
@@ -300,8 +300,9 @@ TEST_F(DeepPicture, FlattensToTheFlatPicture) {
     const Drawn flat = drawn(one, false);
     const Drawn made = drawn(one);
     EXPECT_LE(compare_images(made.image, flat.image).max, 1e-3);
-    EXPECT_LE(difference(deep(one, "whole.exr"), flat.image), 1e-3);
-    EXPECT_LE(difference(deep(one, "whole.exr"), made.image), rounding);
+    const OIIO::ImageBuf whole = deep(made.image, "whole.exr");
+    EXPECT_LE(difference(whole, flat.image), 1e-3);
+    EXPECT_LE(difference(whole, made.image), rounding);
   }
 }
 
@@ -311,8 +312,8 @@ TEST_F(DeepPicture, HalvesMergeToTheWhole) {
   Scene back = front;
   front.clip_plane = Plane{{0.3, -0.2, 0.9}, glm::dvec3(0.1, 0.2, 0.05)};
   back.clip_plane = Plane{{-0.3, 0.2, -0.9}, glm::dvec3(0.1, 0.2, 0.05)};
-  const OIIO::ImageBuf merged =
-      OIIO::ImageBufAlgo::deep_merge(deep(front, "front.exr"), deep(back, "back.exr"));
+  const OIIO::ImageBuf merged = OIIO::ImageBufAlgo::deep_merge(
+      deep(drawn(front).image, "front.exr"), deep(drawn(back).image, "back.exr"));
   ASSERT_FALSE(merged.has_error()) << merged.geterror();
   front.clip_plane.reset();
   EXPECT_LE(difference(merged, drawn(front, false).image), 2e-3);  // of both halves
@@ -334,10 +335,12 @@ TEST_F(DeepPicture, IsHeldOutAsByDepths) {
   opaque.deep.samples.assign(pixels, {wall, wall, 0, 0, 0, 1});
   OIIO::ImageBuf mask(written(opaque, "mask.exr"));
   ASSERT_TRUE(mask.read(0, 0, true));
-  const OIIO::ImageBuf rest = OIIO::ImageBufAlgo::deep_holdout(deep(whole, "whole.exr"), mask);
+  const OIIO::ImageBuf rest =
+      OIIO::ImageBufAlgo::deep_holdout(deep(drawn(whole).image, "whole.exr"), mask);
   ASSERT_FALSE(rest.has_error()) << rest.geterror();
-  EXPECT_LE(difference(rest, drawn(held, false).image), 1e-3);
-  EXPECT_LE(difference(deep(held, "held.exr"), drawn(held, false).image), 1e-3);
+  const Image flat = drawn(held, false).image;
+  EXPECT_LE(difference(rest, flat), 1e-3);
+  EXPECT_LE(difference(deep(drawn(held).image, "held.exr"), flat), 1e-3);
 }
 
 TEST_F(DeepPicture, RefusesInOneLine) {

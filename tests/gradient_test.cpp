@@ -312,24 +312,6 @@ TEST(GradientReference, AgreesWithSamples) {
   }
 }
 
-TEST(GradientReference, EqualColumnsAreTheFunctionOfTheValue) {
-  const Field field = sheared_noise();
-  Medium plain = make_medium(field, 1.5, LuminanceSource::transfer);
-  const std::vector<TransferPoint> points{
-      {0.05, 0, {1, 0, 0}}, {0.2, 1.5, {0.2, 1, 0}}, {0.5, 0.1, {1, 1, 1}}, {0.5, 2, {0, 0.5, 1}}};
-  plain.transfer = std::make_shared<const TransferFunction>(points);
-  Medium medium = plain;
-  medium.gradient = std::make_shared<const Field>(gradient_of_voxels(field));
-  medium.transfer = std::make_shared<const TransferFunction>(
-      points, true,
-      GradientPart{.gradients = {0.1, 0.3}, .attenuation = {0, 0, 1.5, 1.5, 0.1, 0.1, 2, 2}});
-  for (const WorldRay& ray : sheared_rays(40)) {
-    const RayRadiance r = ray_radiance(medium, ray), s = ray_radiance(plain, ray);
-    EXPECT_NEAR(r.optical_depth, s.optical_depth, r.error + s.error);
-    for (int c = 0; c < 3; ++c) EXPECT_NEAR(r.radiance[c], s.radiance[c], r.error + s.error);
-  }
-}
-
 // Levoy's purpose: shells of constant thickness for any slope. v = f + s (r - R) around a point;
 // the slope s varies between 0.5 and 1.5 with direction.
 TEST(IsosurfaceShell, IsEquallyThickWhateverTheSlope) {

@@ -26,7 +26,7 @@ TEST(GuardedReading, TheTimeIsThatOfTheFileNotOfAnAnswer) {
   const std::string message = input_error([&] {
     for (int i = 0; i < 3; ++i) file.read("density");
   });
-  EXPECT_NE(message.find("took longer than a good file"), message.npos) << message;
+  EXPECT_TRUE(has(message, "took longer than a good file"));
 }
 
 /// When the directory was read again for each grid, by a new process for each that is empty, 4,000

@@ -22,8 +22,8 @@ namespace {
 
 constexpr float most = std::numeric_limits<float>::max();
 
-/// A ball of values up to 1, in which one voxel of sixteen is one of `bad`.
-std::shared_ptr<const VdbFile> ball_with(const std::vector<float>& bad) {
+/// A ball of values up to 1 in surroundings of one value; one voxel of sixteen is one of `bad`.
+std::shared_ptr<const VdbFile> ball_with(const std::vector<float>& bad, float around) {
   constexpr int across = 10;
   std::mt19937 random(7);
   std::vector<float> values;
@@ -33,8 +33,10 @@ std::shared_ptr<const VdbFile> ball_with(const std::vector<float>& bad) {
       for (int z = 0; z < across; ++z) {
         const glm::dvec3 p = glm::dvec3(x, y, z) / (0.5 * (across - 1)) - 1.0;
         const bool replaced = random() % 16 == 0;
-        values.push_back(replaced ? bad[random() % bad.size()]
-                                  : float(std::max(0.0, 1 - glm::dot(p, p))));
+        const double inside = 1 - glm::dot(p, p);
+        values.push_back(replaced     ? bad[random() % bad.size()]
+                         : inside > 0 ? float(inside)
+                                      : around);
       }
   for (int x = 0; x < across; x += 8) {
     const auto slab = std::ptrdiff_t(x) * across * across;
@@ -76,6 +78,9 @@ TEST(HostileValues, AreDrawnAsNumbers) {
       {{"look", "plain"}, {"colormap", "viridis"}, {"range", "5%,95%"}, {"light", "0,-1,0"}},
       {{"look", "plain"}, {"luminance", "0,0,0"}, {"light", "camera:1,1,1"}},
       {{"look", "plain"}, {"opacity", "0:0,1:1"}, {"integrator", "preintegrated"}, {"step", "2"}},
+      {{"look", "plain"}, {"opacity", "0:1,1:0"}, {"fill-value", "none"}},
+      {{"look", "plain"}, {"colormap", "gray"}, {"classification", "pre"}},
+      {{"look", "plain"}, {"integrator", "psi-table"}},
       {{"value-scale", "symlog"}},
       {{"mode", "mip"}},
       {{"mode", "mean"}},
@@ -83,8 +88,8 @@ TEST(HostileValues, AreDrawnAsNumbers) {
       {{"mode", "slice"}, {"colormap", "inferno"}},
       {{"mode", "xray"}}};
   const std::vector<std::shared_ptr<Marcher>> marchers{open_double(), open_reference()};
-  for (const std::vector<float>& bad : hostile) {
-    const auto file = ball_with(bad);
+  for (std::size_t i = 0; i < hostile.size(); ++i) {
+    const auto file = ball_with(hostile[i], i % 2 ? hostile[i].front() : 0);
     for (const Settings& settings : cases)
       for (const auto& marcher : marchers) expect_numbers(*file, settings, *marcher);
   }

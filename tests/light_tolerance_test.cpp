@@ -44,6 +44,8 @@ Scene with_function(Scene scene) {
 }
 
 const glm::dvec3 white(1);
+/// A few hundred voxels, because the reference looks from each in every direction of a sky.
+const glm::dmat4 voxels_of_two(glm::dmat3(2));
 
 std::vector<LitScene> tolerance_scenes() {
   Scene bright = lit_by({{{-0.3, -1, 0.2}, {3, 2, 1}}});
@@ -61,14 +63,10 @@ std::vector<LitScene> tolerance_scenes() {
   return {
       {"two volumes", lit_by({{{-0.3, -1, 0.2}, white}}), mixed(), false, turned},
       {"two volumes, two lights", two, blobs(), false, share(mixed(sheared))},
-      {"oblique, noise beside blobs", lit_by({{{-0.3, -1, 0.2}, white}}), mixed()},
-      {"along an axis", lit_by({{{0, -1, 0}, white}}), mixed()},
-      {"along a diagonal", lit_by({{{1, 1, 1}, white}}), blobs()},
       {"nearly along a face", lit_by({{{0.013, -1, 0.027}, white}}), mixed()},
       {"sheared and rotated", lit_by({{{0.4, -1, -0.3}, white}}, 0.4), mixed(sheared)},
       {"colours and albedo", bright, blobs()},
       {"glowing too", glowing, blobs(), true},
-      {"a phase", with_phase(lit_by({{{0.5, -1, -0.6}, white}}), 0.6), blobs()},
       {"phases of two lights", two, blobs()},
       {"octaves, dense", scattered, mixed()},
       {"octaves of two lights with phases", scattered_ahead, blobs()},
@@ -144,8 +142,8 @@ TEST_F(LitTolerance, ASkyHasTheDirectionsThatItsPhaseTakes) {
   Scene scene = with_phase(lit_by({}, 0.01), 0.5);
   scene = looking(scene, {-60, 5, 6}, {8, 5, 6}, 20);
   scene.sky = glm::dvec3(1, 0.5, 0.2);
-  const Field density =
-      make_field({{0, 0, 0}, {15, 11, 13}}, [](glm::ivec3 v) { return 1 + 0.5f * noise(v); });
+  const Field density = make_field(
+      {{0, 0, 0}, {7, 5, 6}}, [](glm::ivec3 v) { return 1 + 0.5f * noise(v); }, voxels_of_two);
   const LitScene lit{"", scene, density};
   const Image truth = Session(lit_view(lit, {})).draw(*open_reference()).image;
   for (const double E : {1e-2, 5e-3}) {
@@ -191,8 +189,8 @@ TEST_F(LitTolerance, OfASkyHoldsForACloserCamera) {
   Scene far = looking(lit_by({}, 0.3), {60, 40, 200}, {8, 8, 8}, 30), close = far;
   far.sky = close.sky = white;
   close.camera_position = glm::dvec3(12, 10, 30);
-  const auto density =
-      make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3 v) { return 0.5f + 0.5f * noise(v); });
+  const auto density = make_field(
+      {{0, 0, 0}, {7, 7, 7}}, [](glm::ivec3 v) { return 0.5f + 0.5f * noise(v); }, voxels_of_two);
   constexpr double E = 2e-3;
   Session session(lit_view({"", far, density}, E));
   (void)session.draw(*Gpu::renderer());
@@ -337,18 +335,15 @@ TEST_F(LitTolerance, FurnaceOfASlab) {
   const double exact =
       integral([&](double u) { return D * std::exp(-u * D) * (E2(u * D) + E2(D - u * D)) / 2; });
   const Field slab = make_field({{-64, -64, 0}, {63, 63, 15}}, [](glm::ivec3) { return 1.f; });
-  for (const double E : {1e-2, 1e-3}) {
-    const Image image = in_a_furnace(slab, K, E, 8, 60);
-    std::printf("  slab %.0e: %.5f, exact %.5f\n", E, double(pixel(image, 4, 4, 0)), exact);
-    // beside the tolerance: e^-t between voxels, K^2/8, and the slab's end at 64 voxels, e^-9.6
-    EXPECT_NEAR(pixel(image, 4, 4, 0), exact, E + exact * K * K / 4 + 1e-4);
-    // no shading: the slab is the same everywhere
-    EXPECT_NEAR(pixel(image, 0, 0, 0), pixel(image, 4, 4, 0), E);
-  }
-  const glm::dvec3 albedo(0.9, 0.5, 0.1);
-  const Image colored = in_a_furnace(slab, K, 1e-3, 8, 60, albedo);
+  constexpr double E = 1e-3;
+  const glm::dvec3 albedo(1, 0.5, 0.1);
+  const Image image = in_a_furnace(slab, K, E, 8, 60, albedo);
+  std::printf("  slab: %.5f, exact %.5f\n", double(pixel(image, 4, 4, 0)), exact);
   for (int c = 0; c < 3; ++c)
-    EXPECT_NEAR(pixel(colored, 4, 4, c), albedo[c] * exact, 1e-3 + exact * K * K / 4 + 1e-4);
+    // beside the tolerance: e^-t between voxels, K^2/8, and the slab's end at 64 voxels, e^-9.6
+    EXPECT_NEAR(pixel(image, 4, 4, c), albedo[c] * exact, E + exact * K * K / 4 + 1e-4);
+  // no shading: the slab is the same everywhere
+  EXPECT_NEAR(pixel(image, 0, 0, 0), pixel(image, 4, 4, 0), E);
 }
 
 TEST_F(LitTolerance, FurnaceOfABall) {

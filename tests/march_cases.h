@@ -156,6 +156,28 @@ inline const Layer& layer(const Image& image, const std::string& name) {
   throw std::runtime_error("no layer " + name);
 }
 
+/// Errors with 1, 2 and 4 segments per cell, or steps of 1, 1/2 and 1/4 voxel: they fall, and
+/// overall by `order`.
+inline void expect_convergence(const std::string& what, View view, const Image& reference,
+                               double order) {
+  const bool uniform = view.scene.sampling == Sampling::uniform;
+  double first = 0, last = HUGE_VAL;
+  for (const int n : {1, 2, 4}) {
+    if (uniform) {
+      view.scene.step = 1.0 / n;
+    } else {
+      view.scene.segments = n;
+    }
+    const double rms = difference(what + (uniform ? " 1/step " : " segments ") + std::to_string(n),
+                                  double_picture(view), reference)
+                           .rms;
+    EXPECT_LT(rms, last) << what << ' ' << n;
+    last = rms;
+    if (n == 1) first = rms;
+  }
+  EXPECT_LE(last, first * std::pow(4, -order)) << what;
+}
+
 /// A square picture of `mixed` from outside.
 inline Scene oblique(int side, double extinction) {
   return looking(small_scene(side, extinction), {95, 60, 70}, {11, 12, 11});

@@ -111,24 +111,8 @@ TEST(MarchEmissionDouble, SegmentsAndStepsConverge) {
           view.scene.sampling = Sampling::uniform;
           view.scene.integrator = Integrator::psi_balanced;
         }
-        double first = 0, last = HUGE_VAL;
-        for (const int n : {1, 2, 4}) {
-          if (uniform) {
-            view.scene.step = 1.0 / n;
-          } else {
-            view.scene.segments = n;
-          }
-          const double rms =
-              difference(std::string(place.name) + name_of(source) +
-                             (uniform ? " 1/step " : " segments ") + std::to_string(n),
-                         double_picture(view), reference)
-                  .rms;
-          EXPECT_LT(rms, last);
-          last = rms;
-          if (n == 1) first = rms;
-        }
         // second order on kinked data; 1.4 allows for the lattice's aliasing
-        EXPECT_LE(last, first * std::pow(4, -1.4)) << place.name << name_of(source);
+        expect_convergence(std::string(place.name) + name_of(source), view, reference, 1.4);
       }
 }
 

@@ -83,27 +83,6 @@ TEST(MarchTransferDouble, CellsCutAtKnotsAreTheReference) {
     }
 }
 
-/// Errors with 1, 2 and 4 segments per cell, or steps of 1, 1/2 and 1/4 voxel: they fall, and
-/// overall by `order`.
-void expect_convergence(const std::string& what, View view, const Image& reference, double order) {
-  const bool uniform = view.scene.sampling == Sampling::uniform;
-  double first = 0, last = HUGE_VAL;
-  for (const int n : {1, 2, 4}) {
-    if (uniform) {
-      view.scene.step = 1.0 / n;
-    } else {
-      view.scene.segments = n;
-    }
-    const double rms = difference(what + (uniform ? " 1/step " : " segments ") + std::to_string(n),
-                                  double_picture(view), reference)
-                           .rms;
-    EXPECT_LT(rms, last) << what << ' ' << n;
-    last = rms;
-    if (n == 1) first = rms;
-  }
-  EXPECT_LE(last, first * std::pow(4, -order)) << what;
-}
-
 TEST(MarchTransferDouble, EveryClassificationConverges) {
   for (const Case& c : cases()) {
     const View view = view_under(c, LuminanceSource::transfer, 24);

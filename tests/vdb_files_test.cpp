@@ -37,12 +37,10 @@ TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
   EXPECT_EQ(value("[1]"), 4);
   EXPECT_EQ(value("a[1]"), 5);
   EXPECT_EQ(value("a"), 3);
-  EXPECT_NE(
-      input_error([&] { vdb.read("b"); }).find("has no grid 'b'; it has 'z' '[0]' '[1]' 'a[0]'"),
-      std::string::npos);
+  EXPECT_TRUE(
+      has(input_error([&] { vdb.read("b"); }), "has no grid 'b'; it has 'z' '[0]' '[1]' 'a[0]'"));
   EXPECT_EQ(vdb.default_grid(), "z");
-  EXPECT_NE(input_error([&] { VdbFile(write_vdb({})).default_grid(); }).find("holds no grid"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { VdbFile(write_vdb({})).default_grid(); }), "holds no grid"));
 }
 
 TEST(VdbNames, ControlCharactersAreEscaped) {
@@ -81,10 +79,10 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
   const VdbFile vdb(test::write_bytes("unknown.vdb", bytes));
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density", "other"}));
   EXPECT_EQ(vdb.info().at(0).channels, 0);
-  EXPECT_NE(vdb.info().at(0).problem.find("has type Tree_quark_5_4_3"), std::string::npos);
+  EXPECT_TRUE(has(vdb.info().at(0).problem, "has type Tree_quark_5_4_3"));
   EXPECT_EQ(FieldVoxels(vdb.read("other")).voxel({0, 0, 0}, 0), 2.0);
-  EXPECT_NE(input_error([&] { vdb.read("density"); }).find("supported value types: float, double"),
-            std::string::npos);
+  EXPECT_TRUE(
+      has(input_error([&] { vdb.read("density"); }), "supported value types: float, double"));
 
   // without positions, only those before it
   std::ostringstream pipe;
@@ -94,7 +92,7 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
   const std::vector<GridInfo> rows = VdbFile(test::write_bytes("piped.vdb", bytes)).info();
   ASSERT_EQ(rows.size(), 1u);
   for (const char* text : {"has type Tree_quark_5_4_3", "; 1 more behind it cannot be found"})
-    EXPECT_NE(rows[0].problem.find(text), std::string::npos) << rows[0].problem;
+    EXPECT_TRUE(has(rows[0].problem, text));
 }
 
 TEST(VdbFiles, AnUnknownTransformIsNamedAndIsNoCut) {
@@ -110,14 +108,13 @@ TEST(VdbFiles, AnUnknownTransformIsNamedAndIsNoCut) {
     bytes.replace(at, 15, "QuarkyScaleMaps");
     const VdbFile file(test::write_bytes("quarky.vdb", bytes));
     file.check_whole();
-    EXPECT_NE(input_error([&] { file.read(file.default_grid()); }).find("QuarkyScaleMaps"),
-              std::string::npos);
+    EXPECT_TRUE(has(input_error([&] { file.read(file.default_grid()); }), "QuarkyScaleMaps"));
   }
   // what is cut short has nothing that a look could draw
   const std::string cut = pipe.str().substr(0, pipe.str().size() - 100);
   const std::string message =
       input_error([&] { VdbFile(test::write_bytes("cut.vdb", cut)).check_whole(); });
-  EXPECT_NE(message.find("is cut short"), std::string::npos);
+  EXPECT_TRUE(has(message, "is cut short"));
   EXPECT_EQ(message.find("--look"), std::string::npos);
 }
 
@@ -152,10 +149,9 @@ TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
   huge->tree().setValue(Coord(0), 1.0f);
   huge->setTransform(openvdb::math::Transform::createLinearTransform(1e80));
   const VdbFile vdb(write_vdb({far, hollow, huge}));
-  EXPECT_NE(input_error([&] { vdb.read("huge"); }).find("beyond 1e75"), std::string::npos);
-  EXPECT_NE(input_error([&] { vdb.read("far"); }).find("2^30 or more apart"), std::string::npos);
-  EXPECT_NE(input_error([&] { vdb.read("hollow"); }).find("level set without an inside"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { vdb.read("huge"); }), "beyond 1e75"));
+  EXPECT_TRUE(has(input_error([&] { vdb.read("far"); }), "2^30 or more apart"));
+  EXPECT_TRUE(has(input_error([&] { vdb.read("hollow"); }), "level set without an inside"));
 }
 
 TEST(Vectors, AreDrawnByLengthOrComponent) {
@@ -197,10 +193,9 @@ TEST(Vectors, AreDrawnByLengthOrComponent) {
     scene.grid = name;
     return input_error([&] { make_view(scene, vdb); });
   };
-  EXPECT_NE(refused("velocity:w").find("a vector has x, y, z, length and active"),
-            std::string::npos);
-  EXPECT_NE(refused("a:x").find("is scalar"), std::string::npos);
-  EXPECT_NE(refused("c:x").find("has no grid 'c:x'"), std::string::npos);
+  EXPECT_TRUE(has(refused("velocity:w"), "a vector has x, y, z, length and active"));
+  EXPECT_TRUE(has(refused("a:x"), "is scalar"));
+  EXPECT_TRUE(has(refused("c:x"), "has no grid 'c:x'"));
   // the only grid of vectors, where no grid is scalar
   EXPECT_EQ(VdbFile(write_vdb({velocity})).default_grid(), "velocity");
   // a grid whose own name has a colon

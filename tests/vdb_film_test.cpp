@@ -193,7 +193,7 @@ TEST(Luminance, BesideLightIsTakenAtTheDensitysVoxels) {
   const auto notices = [&] { return read_fields(scene, VdbFile(scene.input)).luminance->notices; };
   EXPECT_TRUE(notices().empty());
   scene.lights = {{{0, -1, 0}, glm::dvec3(1)}};
-  EXPECT_NE(notices().back().find("at the density's voxels"), std::string::npos);
+  EXPECT_TRUE(has(notices().back(), "at the density's voxels"));
 }
 
 TEST(Film, WithoutAFlameIsOfSmoke) {

@@ -113,9 +113,8 @@ TEST(Formats, NoVoxelAndNoGridAreErrors) {
     const VdbFile file(write_vdb(grids));
     return input_error([&] { file.read(file.default_grid()); });
   };
-  EXPECT_NE(error({named("density")}).find("grid 'density' has no active voxel"),
-            std::string::npos);
-  EXPECT_NE(error({}).find("holds no grid"), std::string::npos);
+  EXPECT_TRUE(has(error({named("density")}), "grid 'density' has no active voxel"));
+  EXPECT_TRUE(has(error({}), "holds no grid"));
 }
 
 TEST(Formats, ALevelSetWithDistancesOfTheOtherSignIsRefused) {
@@ -147,7 +146,7 @@ TEST(Formats, AStaggeredGridIsTakenAtItsVoxels) {
   const Field field = VdbFile(write_vdb({grid})).read("velocity", {.role = GridRole::data});
   EXPECT_EQ(FieldVoxels(field).voxel({1, 2, 3}, 1), -2);
   ASSERT_EQ(field.notices.size(), 1u);
-  EXPECT_NE(field.notices[0].find("staggered"), std::string::npos);
+  EXPECT_TRUE(has(field.notices[0], "staggered"));
 }
 
 // --- a background other than 0 -------------------------------------------------------------------
@@ -170,10 +169,8 @@ typename GridT::Ptr with_background(typename GridT::ValueType background) {
 template <typename GridT>
 void expect_background_as(typename GridT::ValueType background, double given) {
   const VdbFile file(write_vdb({with_background<GridT>(background)}));
-  EXPECT_NE(input_error([&] {
-              file.read("density", {.strict = true});
-            }).find("--background-value 0 leaves the outside empty"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { file.read("density", {.strict = true}); }),
+                  "--background-value 0 leaves the outside empty"));
   EXPECT_NO_THROW(file.read("density", {.strict = true, .background = 0}));
   if (given == 0)
     for (const GridRole role : {GridRole::attenuation, GridRole::luminance, GridRole::data}) {
@@ -185,7 +182,7 @@ void expect_background_as(typename GridT::ValueType background, double given) {
     }
   const Field field = file.read("density", {.background = given});
   ASSERT_EQ(field.notices.size(), 1u);
-  EXPECT_NE(field.notices[0].find("grid 'density': its background "), std::string::npos);
+  EXPECT_TRUE(has(field.notices[0], "grid 'density': its background "));
   EXPECT_EQ(field.active_box, (Box{{0, 0, 0}, {6007, 9, 31}}));
   const FieldVoxels sampler(field);
   for (int c = 0; c < field.channels; ++c) {
@@ -224,15 +221,12 @@ TEST(Formats, ABackgroundThatDoesNotFitIsAnError) {
     const VdbFile file(write_vdb({grid}));
     return input_error([&] { file.read("density", {.background = given}); });
   };
-  EXPECT_NE(error(with_background<openvdb::Int32Grid>(1), 0.5).find("has no value 0.5"),
-            std::string::npos);
-  EXPECT_NE(error(with_background<openvdb::Int32Grid>(1), 3e9).find("has no value 3e+09"),
-            std::string::npos);
-  EXPECT_NE(error(with_background<FloatGrid>(1), 1e39).find("has no value 1e+39"),
-            std::string::npos);
+  EXPECT_TRUE(has(error(with_background<openvdb::Int32Grid>(1), 0.5), "has no value 0.5"));
+  EXPECT_TRUE(has(error(with_background<openvdb::Int32Grid>(1), 3e9), "has no value 3e+09"));
+  EXPECT_TRUE(has(error(with_background<FloatGrid>(1), 1e39), "has no value 1e+39"));
   auto wide = with_background<FloatGrid>(1);
   wide->tree().setValue(Coord(500000000, 500000000, 500000000), 1);
-  EXPECT_NE(error(wide, 3).find("too wide"), std::string::npos);
+  EXPECT_TRUE(has(error(wide, 3), "too wide"));
   EXPECT_EQ(VdbFile(write_vdb({wide})).read("density", {.background = 0}).tiles.size(), 2u);
 }
 
@@ -288,11 +282,11 @@ TEST(Formats, WhatIsTooLargeToLightIsPlainUnlessLightIsAskedFor) {
                     [&] { Session(make_view(given.scene, given.fields)).draw(*open_double()); });
   };
   EXPECT_EQ(looked().look, "plain");
-  EXPECT_NE(looked().dark_because.find("too many to light"), std::string::npos);
+  EXPECT_TRUE(has(looked().dark_because, "too many to light"));
   EXPECT_EQ(error(looked()), "no error");
   scene.lights = {{{0, -1, 0}, {1, 1, 1}}};
   EXPECT_EQ(looked().scene.lights.size(), 1u);
-  EXPECT_NE(error(looked()).find("too many to light; leave light out"), std::string::npos);
+  EXPECT_TRUE(has(error(looked()), "too many to light; leave light out"));
 
   // light over 2 MiB of values, which fits without a limit alone
   scene.lights.clear();
@@ -304,7 +298,7 @@ TEST(Formats, WhatIsTooLargeToLightIsPlainUnlessLightIsAskedFor) {
   EXPECT_EQ(looked().dark_because, "");
   EXPECT_NE(looked().look, "plain");
   scene.memory_limit = 3 << 20;
-  EXPECT_NE(looked().dark_because.find("light needs"), std::string::npos);
+  EXPECT_TRUE(has(looked().dark_because, "light needs"));
   EXPECT_EQ(looked().look, "plain");
 }
 
@@ -317,9 +311,8 @@ TEST(Formats, ADamagedGridLeavesTheOthers) {
   ASSERT_LT(map, bytes.rfind("density"));  // that of the first grid
   bytes[map] = 'X';
   const VdbFile file(test::write_bytes("damaged.vdb", bytes));
-  EXPECT_NE(file.info().at(0).problem.find("cannot be read"), std::string::npos);
-  EXPECT_NE(input_error([&] { file.read("heat"); }).find("grid 'heat' cannot be read"),
-            std::string::npos);
+  EXPECT_TRUE(has(file.info().at(0).problem, "cannot be read"));
+  EXPECT_TRUE(has(input_error([&] { file.read("heat"); }), "grid 'heat' cannot be read"));
   EXPECT_EQ(file.read("density").active_voxels, 14u * 11 * 9);
 }
 

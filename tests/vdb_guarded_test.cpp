@@ -216,9 +216,7 @@ TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
   if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
   EXPECT_EQ(reading_guard(), "seccomp and resource limits");
   const std::string message = input_error([] { VdbFile file(file_named("segfault.vdb")); });
-  EXPECT_NE(message.find("segfault.vdb: is damaged: reading it crashed (Segmentation fault)"),
-            std::string::npos)
-      << message;
+  EXPECT_TRUE(has(message, "segfault.vdb: is damaged: reading it crashed (Segmentation fault)"));
 }
 
 TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
@@ -243,7 +241,7 @@ TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
     const auto path = file_named(name);
     const std::string message = input_error([&] { VdbFile file(path); });
     EXPECT_EQ(message.find(path.string() + ": "), 0u) << message;
-    EXPECT_NE(message.find(part), std::string::npos) << message;
+    EXPECT_TRUE(has(message, part));
   }
 }
 
@@ -264,7 +262,7 @@ TEST(GuardedReading, ACrashInOneGridLeavesTheRowsOfTheOthers) {
     }
   }
   const std::string message = input_error([&] { file.read("color"); });
-  EXPECT_NE(message.find("bad_color.vdb: grid 'color' is damaged: reading it"), message.npos);
+  EXPECT_TRUE(has(message, "bad_color.vdb: grid 'color' is damaged: reading it"));
 }
 
 TEST(GuardedReading, AFileWhoseGridsAllCrashTakesTheTimeOfAFew) {
@@ -272,8 +270,7 @@ TEST(GuardedReading, AFileWhoseGridsAllCrashTakesTheTimeOfAFew) {
   const VdbFile file(test::write_bytes("all_bad.vdb", test::file_bytes(asset("blobs.vdb"))));
   const std::vector<GridInfo> rows = file.info();
   ASSERT_EQ(rows.size(), 3u);
-  for (std::size_t i = 0; i < 2; ++i)
-    EXPECT_NE(rows[i].problem.find("crashed"), std::string::npos) << rows[i].problem;
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_TRUE(has(rows[i].problem, "crashed"));
   EXPECT_EQ(rows[2].problem, "was not read, because reading other grids failed");
 }
 

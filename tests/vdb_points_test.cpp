@@ -110,7 +110,7 @@ TEST(Points, OfAnUnknownAttributeLeaveTheOtherGrids) {
   ASSERT_NE(at, std::string::npos);
   bytes.replace(at, 4, "abcd");
   const VdbFile file(write_bytes("unknown.vdb", bytes));
-  EXPECT_NE(input_error([&] { file.read("points"); }).find("abcd"), std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { file.read("points"); }), "abcd"));
   EXPECT_EQ(file.default_grid(), "after");
   EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
 }
@@ -142,16 +142,14 @@ TEST(Points, AGridWithoutPointsIsEmptyToEveryQuestion) {
   const VdbFile file(write_vdb({empty}));
   EXPECT_EQ(file.content("points").nothing, "has no active voxel");
   EXPECT_EQ(file.info().at(0).problem, "has no active voxel: nothing to render");
-  EXPECT_NE(input_error([&] { file.read("points"); }).find("has no active voxel"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { file.read("points"); }), "has no active voxel"));
 }
 
 TEST(Points, OutOfOrderAreAnError) {
   const auto grid = points<NullCodec>(40);
   grid->tree().beginLeaf()->setOffsetOnly(0, 1'000'000);
   const VdbFile wrong(write_vdb({grid}));
-  EXPECT_NE(input_error([&] { wrong.read("points"); }).find("points are out of order"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { wrong.read("points"); }), "points are out of order"));
 }
 
 TEST(Points, AFrustumIsResampled) {
@@ -160,7 +158,7 @@ TEST(Points, AFrustumIsResampled) {
       openvdb::BBoxd(openvdb::Vec3d(-40), openvdb::Vec3d(60)), 2, 10, 0.25));
   const Field field = VdbFile(write_vdb({grid})).read("points");
   EXPECT_EQ(field.value_type, "points");
-  EXPECT_NE(field.notices.at(0).find("frustum"), std::string::npos);
+  EXPECT_TRUE(has(field.notices.at(0), "frustum"));
 }
 
 // --- masks and active voxels ---------------------------------------------------------------------

@@ -61,19 +61,22 @@ void expect_stored_like_whole(const std::filesystem::path& path, const std::stri
 }
 
 TEST(VdbStoredValues, ValuesThatStayInTheFileAreThoseOfTheWhole) {
+  const auto tiles = ball<openvdb::FloatGrid>("tiles", 20);
+  auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(tiles)->tree();
+  tree.addTile(1, Coord(-64, 8, 16), 7.0f, true);
+  tree.addTile(2, Coord(-256, 0, 0), 3.0f, false);
+  tree.addTile(3, Coord(8192, 0, -4096), 5.0f, true);
+  const openvdb::GridCPtrVec grids{ball<openvdb::FloatGrid>("float", 40),
+                                   ball<openvdb::FloatGrid>("half", 20, /*half=*/true),
+                                   ball<openvdb::DoubleGrid>("double", 20),
+                                   ball<openvdb::Int64Grid>("int64", 20),
+                                   ball<openvdb::BoolGrid>("bool", 20),
+                                   ball<openvdb::Vec3SGrid>("vec3s", 20),
+                                   ball<openvdb::Vec3DGrid>("vec3d", 20, /*half=*/true),
+                                   tiles};
   for (const std::uint32_t codec : codecs()) {
     SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    const auto tiles = ball<openvdb::FloatGrid>("tiles", 20);
-    auto& tree = openvdb::gridPtrCast<openvdb::FloatGrid>(tiles)->tree();
-    tree.addTile(1, Coord(-64, 8, 16), 7.0f, true);
-    tree.addTile(2, Coord(-256, 0, 0), 3.0f, false);
-    tree.addTile(3, Coord(8192, 0, -4096), 5.0f, true);
-    const auto path = written(
-        {ball<openvdb::FloatGrid>("float", 40), ball<openvdb::FloatGrid>("half", 20, /*half=*/true),
-         ball<openvdb::DoubleGrid>("double", 20), ball<openvdb::Int64Grid>("int64", 20),
-         ball<openvdb::BoolGrid>("bool", 20), ball<openvdb::Vec3SGrid>("vec3s", 20),
-         ball<openvdb::Vec3DGrid>("vec3d", 20, /*half=*/true), tiles},
-        codec);
+    const auto path = written(grids, codec);
     for (const char* name :
          {"float", "half", "double", "int64", "bool", "vec3s", "vec3d", "tiles"}) {
       expect_stored_like_whole(path, name, {GridRole::attenuation});
@@ -97,8 +100,8 @@ TEST(VdbStoredValues, BadValuesThatStayInTheFileAreReplacedAsInTheWhole) {
   for (const GridRole role : {GridRole::attenuation, GridRole::data}) {
     expect_stored_like_whole(path, "density", {role});
     const ReadOptions strict{.role = role, .strict = true, .memory = 1};
-    EXPECT_NE(input_error([&] { VdbFile(path).read("density", strict); }).find("refused by strict"),
-              std::string::npos);
+    EXPECT_TRUE(
+        has(input_error([&] { VdbFile(path).read("density", strict); }), "refused by strict"));
   }
 }
 
@@ -122,10 +125,10 @@ TEST(VdbStoredValues, APartReadsItsLeavesAlone) {
   const Field same = part_of_field(whole, box);
   ASSERT_EQ(same.leaves.size(), part.leaves.size());
   std::filesystem::resize_file(path, 1000);
-  EXPECT_NE(input_error([&] {
-              part_of_field(stored, Box{glm::ivec3(-60), glm::ivec3(60)});
-            }).find("cannot be read"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] {
+                    part_of_field(stored, Box{glm::ivec3(-60), glm::ivec3(60)});
+                  }),
+                  "cannot be read"));
 }
 
 /// What four ranks read of a file together, to know ranges, extinction and camera: the first reads
@@ -193,17 +196,16 @@ TEST(VdbStoredValues, AViewOfThemIsThatOfTheWhole) {
 }
 
 TEST(VdbStoredValues, ABackgroundThatStaysInTheFileIsVacuumAsInTheWhole) {
+  const auto grid = ball<openvdb::FloatGrid>("density", 20);
+  const auto vectors = ball<openvdb::Vec3SGrid>("vectors", 20);
+  openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(7, true);
+  openvdb::gridPtrCast<openvdb::Vec3SGrid>(vectors)->tree().root().setBackground(openvdb::Vec3f(7),
+                                                                                 true);
   for (const std::uint32_t codec : codecs()) {
     SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    const auto grid = ball<openvdb::FloatGrid>("density", 20);
-    const auto vectors = ball<openvdb::Vec3SGrid>("vectors", 20);
-    openvdb::gridPtrCast<openvdb::FloatGrid>(grid)->tree().root().setBackground(7, true);
-    openvdb::gridPtrCast<openvdb::Vec3SGrid>(vectors)->tree().root().setBackground(
-        openvdb::Vec3f(7), true);
     const auto path = written({grid, vectors}, codec);
-    for (const char* name : {"density", "vectors"}) {
+    for (const char* name : {"density", "vectors"})
       expect_stored_like_whole(path, name, {GridRole::data});
-    }
   }
 }
 
@@ -219,7 +221,7 @@ TEST(VdbStoredValues, AGridThatMustBeConvertedWholeIsRefusedBeyondItsMemory) {
       ADD_FAILURE() << "no error";
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ExitCode::memory);
-      EXPECT_NE(std::string(e.what()).find(why), std::string::npos);
+      EXPECT_TRUE(has(e.what(), why));
     }
   };
   expect_refused(path, "distance", {.memory = 1000}, "a level set is converted whole");

@@ -148,7 +148,7 @@ TEST(VdbData, LevelSetsBecomeOpenVdbsFogWithANotice) {
     EXPECT_EQ(vdb.info().at(0).grid_class, "level set");
     const Field field = vdb.read(name, {GridRole::attenuation, /*strict=*/true});
     ASSERT_EQ(field.notices.size(), 1u);
-    EXPECT_NE(field.notices[0].find("level set converted to fog"), std::string::npos);
+    EXPECT_TRUE(has(field.notices[0], "level set converted to fog"));
     const auto fog =
         openvdb::gridPtrCast<openvdb::FloatGrid>(openvdb_grid(data_dir() / file, name));
     openvdb::tools::sdfToFogVolume(*fog);
@@ -167,10 +167,10 @@ TEST(VdbData, NanAndNegativesAreCountedOnceAndTakenAsZero) {
   for (const Leaf& leaf : field.leaves) {
     for (int i = 0; i < 512; ++i) ASSERT_GE(leaf.values[i], 0.0f);
   }
-  EXPECT_NE(input_error([&] {
-              vdb.read("posdensity", {GridRole::attenuation, true});
-            }).find("grid 'posdensity' is refused by strict reading: 1 NaN, 265260 negative"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] {
+                    vdb.read("posdensity", {GridRole::attenuation, true});
+                  }),
+                  "grid 'posdensity' is refused by strict reading: 1 NaN, 265260 negative"));
   EXPECT_EQ(vdb.read("posdensity", {GridRole::data}).notices.at(0),
             "grid 'posdensity': 1 NaN value taken as 0");
 }
@@ -235,7 +235,7 @@ TEST(VdbData, TruncatedFilesAreErrors) {
         std::size_t{1000}, std::size_t{219758}, smoke.size() / 2, smoke.size() - 1}) {
     const auto path = test::write_bytes("cut.vdb", smoke.substr(0, length));
     const std::string message = input_error([&] { VdbFile(path).read("density"); });
-    EXPECT_NE(message.find("cut.vdb"), std::string::npos) << length;
+    EXPECT_TRUE(has(message, "cut.vdb")) << length;
   }
   const auto whole = test::write_bytes("cut.vdb", smoke);
   EXPECT_EQ(VdbFile(whole).read("density").active_voxels, 1049275u);
@@ -246,34 +246,28 @@ TEST(VdbData, GridsBeforeTheCutCanBeRead) {
   const std::string bytes = test::file_bytes(data_dir() / "edge/three_same_names.vdb");
   const VdbFile vdb(test::write_bytes("cut.vdb", bytes.substr(0, 120000)));
   EXPECT_EQ(vdb.read("density[0]").active_voxels, 491u);
-  EXPECT_NE(vdb.info().at(1).problem.find("is cut short: it needs 166005 bytes, the file has"
-                                          " 120000; 1 more behind it cannot be found"),
-            std::string::npos);
-  EXPECT_NE(input_error([&] { vdb.read("density[1]"); }).find("is cut short"), std::string::npos);
+  EXPECT_TRUE(has(vdb.info().at(1).problem,
+                  "is cut short: it needs 166005 bytes, the file has"
+                  " 120000; 1 more behind it cannot be found"));
+  EXPECT_TRUE(has(input_error([&] { vdb.read("density[1]"); }), "is cut short"));
   // what is not there may have been cut off
-  EXPECT_NE(input_error([&] { vdb.check_whole(); }).find("2 grids are not whole"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { vdb.check_whole(); }), "2 grids are not whole"));
   EXPECT_THROW(vdb.read("flame", {.empty = true}), Error);
   VdbFile(data_dir() / "edge/three_same_names.vdb").check_whole();
 }
 
 TEST(VdbFileErrors, FilesThatAreNoneAreNamed) {
   const auto dir = test::scratch_dir();
-  EXPECT_NE(input_error([&] { VdbFile(dir / "absent.vdb"); }).find("absent.vdb: no such file"),
-            std::string::npos);
-  EXPECT_NE(input_error([&] { VdbFile{dir}; }).find("is a directory"), std::string::npos);
-  EXPECT_NE(input_error([&] { VdbFile{"/dev/null"}; }).find("is no regular file"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { VdbFile(dir / "absent.vdb"); }), "absent.vdb: no such file"));
+  EXPECT_TRUE(has(input_error([&] { VdbFile{dir}; }), "is a directory"));
+  EXPECT_TRUE(has(input_error([&] { VdbFile{"/dev/null"}; }), "is no regular file"));
   const auto text = test::write_bytes("text.vdb", "This is a text, not a volume.\n");
-  EXPECT_NE(input_error([&] { VdbFile{text}; }).find("text.vdb: begins as no volume"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { VdbFile{text}; }), "text.vdb: begins as no volume"));
   const auto nothing = test::write_bytes("nothing.vdb", "");
-  EXPECT_NE(input_error([&] { VdbFile{nothing}; }).find("nothing.vdb: is empty"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { VdbFile{nothing}; }), "nothing.vdb: is empty"));
   const auto nano = test::write_bytes("nano.nvdb", "NanoVDB1 and what follows");
-  EXPECT_NE(input_error([&] { VdbFile{nano}; }).find("nano.nvdb: is a damaged NanoVDB file: "),
-            std::string::npos);
-  EXPECT_NE(input_error([&] { VdbFile("/dev/null"); }).find("/dev/null"), std::string::npos);
+  EXPECT_TRUE(has(input_error([&] { VdbFile{nano}; }), "nano.nvdb: is a damaged NanoVDB file: "));
+  EXPECT_TRUE(has(input_error([&] { VdbFile("/dev/null"); }), "/dev/null"));
 }
 
 TEST(VdbAssets, AreReadAsMade) {

@@ -154,7 +154,7 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   EXPECT_EQ(FieldVoxels(data).voxel({0, 0, 3}, 0), -3.0);
 
   const std::string message = input_error([&] { vdb.read("x", {GridRole::attenuation, true}); });
-  EXPECT_NE(message.find("grid 'x' is refused by strict reading: 2 NaN"), std::string::npos);
+  EXPECT_TRUE(has(message, "grid 'x' is refused by strict reading: 2 NaN"));
 }
 
 /// Where a density is read, what is no data stays absent.
@@ -185,7 +185,7 @@ TEST(VdbValues, FillValuesAreNoData) {
       EXPECT_TRUE(std::isnan(FieldVoxels(field).voxel({0, 0, 0}, 0)));
       EXPECT_LE(greatest_value(field), 0.999f * scale);
       EXPECT_GE(stored_range(field).x, 0);
-      EXPECT_NE(field.notices.at(0).find("100 of "), std::string::npos) << field.notices[0];
+      EXPECT_TRUE(has(field.notices.at(0), "100 of ")) << field.notices[0];
     }
   // neither undershoots, nor values of both signs, nor number densities in many decades
   for (const auto& [value, scale] : {std::pair(-0.02f, 1.0f), {-1000.0f, 3e4f}, {1e24f, 1e20f}})
@@ -289,7 +289,7 @@ TEST(VdbValues, AFogOfTheLevelSetsClassIsAFog) {
     EXPECT_EQ(field.half_width, 0);
     EXPECT_EQ(field.active_range->y, 0.5);
     ASSERT_EQ(field.notices.size(), 1u);
-    EXPECT_NE(field.notices[0].find("taken as fog"), std::string::npos) << field.notices[0];
+    EXPECT_TRUE(has(field.notices[0], "taken as fog"));
   }
 }
 
@@ -343,8 +343,7 @@ TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
 
   const Field field = vdb.read("density");
   ASSERT_EQ(field.notices.size(), 1u);
-  EXPECT_NE(field.notices[0].find("frustum transform resampled to cubic voxels of size"),
-            std::string::npos);
+  EXPECT_TRUE(has(field.notices[0], "frustum transform resampled to cubic voxels of size"));
   const double voxel_size = field.world_from_index[0][0];
   EXPECT_LE(voxel_size, 0.05);
   const FieldVoxels sampler(field);
@@ -356,10 +355,10 @@ TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
     const glm::dvec3 index = (glm::dvec3(world[0], world[1], world[2]) - origin) / voxel_size;
     EXPECT_NEAR(sampler.trilinear(index, 0), value(world), 0.06) << c;
   }
-  EXPECT_NE(input_error([&] {
-              vdb.read("density", {GridRole::attenuation, true});
-            }).find("has a frustum transform"),
-            std::string::npos);
+  EXPECT_TRUE(has(input_error([&] {
+                    vdb.read("density", {GridRole::attenuation, true});
+                  }),
+                  "has a frustum transform"));
 
   // Other types convert through float: an inside of 8 stays 8.
   const Field resampled = vdb.read("counts");

@@ -29,7 +29,7 @@ TEST_P(Window_, RefinesToThePictureOfRender) {
   hands.expect_rendered();
 }
 
-TEST_P(Window_, ShowsAViewOfOcioAsRenderWritesIt) {
+TEST(Viewer, ShowsAViewOfOcioAsRenderWritesIt) {
   Scene scene = small(asset("blobs.vdb"));
   scene.background = glm::dvec3(0.2, 0.5, 0.9);
   scene.exposure = 0.5;
@@ -39,7 +39,7 @@ TEST_P(Window_, ShowsAViewOfOcioAsRenderWritesIt) {
     scene.ocio_view = view;
     Scene resolved = scene;
     resolve_ocio(resolved);
-    Hands hands(resolved, GetParam());
+    Hands hands(resolved);
     hands.key(GLFW_KEY_TAB);
     ASSERT_TRUE(hands.until_exact());
     hands.frames(4);

@@ -94,6 +94,7 @@ TEST_F(VolumesOnTheGpu, AgreeWhereAFloatHasNoDigitsForTheFirstOnesVoxels) {
   // 10^4 voxels of the first one away, places are rounded by more than two faces are taken apart
   Scene scene = scene_with(
       {assets + "blobs.vdb extinction=0.02 luminance=0.2,0.5,1 rotate=20,40,10 scale=300"});
+  scene.resolution = {32, 24};
   scene.texel = TexelType::float32;
   scene.early_termination = 0;
   EXPECT_LE(compare_images(drawn(scene, *Gpu::renderer()), drawn(scene, *open_reference())).max,

@@ -82,29 +82,7 @@ std::vector<Animal> side_grids() {
 }
 
 std::vector<Animal> choices() {
-  const auto small = [](const std::string& name) { return filled(name, cloud, 4); };
   return {
-      {"known_names", "smoke", "soot",
-       [=] {
-         return Grids{constant("shadow", 1), filled("pressure", cloud), small("soot"),
-                      level_set("surface")};
-       }},
-      {"fogs", "smoke", "plume",
-       [=] {
-         return Grids{small("puff"), filled("plume", cloud)};
-       }},
-      {"fog_before_level_set", "smoke", "mist",
-       [] {
-         return Grids{level_set("torus"), filled("mist", cloud)};
-       }},
-      {"level_set_before_scalar", "surface", "torus",
-       [] {
-         return Grids{of_no_class(filled("speed", cloud)), level_set("torus")};
-       }},
-      {"scalar_before_vectors", "smoke", "speed",
-       [] {
-         return Grids{filled<Vec3SGrid>("v", whirl), of_no_class(filled("speed", cloud))};
-       }},
       {"most_vectors", "vectors", "v:length",
        [] {
          return Grids{filled<Vec3SGrid>("rest", whirl, 4), filled<Vec3SGrid>("v", whirl)};
@@ -118,10 +96,6 @@ std::vector<Animal> choices() {
          return Grids{of_no_class(filled("p", waves)), of_no_class(filled("rho", cloud))};
        }},
       {"no_name", "smoke", "[0]", [] { return Grids{filled("", cloud)}; }},
-      {"three_of_one_name", "smoke", "density[0]",
-       [=] {
-         return Grids{density(), small("density"), small("density")};
-       }},
       // phi is the liquid's surface: negative inside it, in all voxels of the domain
       {"blender_liquid", "surface", "phi",
        [] {
