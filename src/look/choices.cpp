@@ -85,11 +85,31 @@ void choose_range(Choosing& all) {
     set_default(all.scene, *find_parameter("range"));
 }
 
+/// Cuts off what a map shows beside a box that is full of values: from its outermost voxels they
+/// pass to 0, within a voxel, which is a shell around it. An array ends there by itself.
+void cut_shell(Choosing& all) {
+  const Field& density = *all.fields.of(all.scene).density;
+  const Box& box = density.active_box;
+  const glm::dmat4 m(placement(all.scene, density.world_from_index));
+  const auto is_along = [](const glm::dvec4& axis) {
+    return (axis.x != 0) + (axis.y != 0) + (axis.z != 0) == 1;
+  };
+  if (is_given(all.asked, "clip") || is_given(all.asked, "clip-plane") || density.margin == 0 ||
+      all.scene.resolved_sampling() == Sampling::template_ ||
+      density.active_voxels != count_of(box) || !glm::all(glm::greaterThan(box.max, box.min)) ||
+      !is_along(m[0]) || !is_along(m[1]) || !is_along(m[2]))
+    return;
+  const auto [first, last] = bounds_of(box, m);
+  all.view.reset();
+  all.scene.clip = {first, last};
+}
+
 /// What fills the volume around the object is transparent, wherever it lies in the range. A veil is
 /// seen, thinly.
 void choose_opacity(Choosing& all) {
   const Field& density = *all.fields.of(all.scene).density;
   if (!all.scene.opacity || is_given(all.asked, "opacity")) return;
+  cut_shell(all);
   if (!is_given(all.asked, "range") && is_veiled(density)) {
     all.view.reset();
     all.scene.opacity->points = {{0, 0}, {0.03, 0}, {0.12, 0.06}, {0.4, 0.12}, {1, 1}};

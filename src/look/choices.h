@@ -16,8 +16,8 @@ namespace psivox {
 
 /// Whether the values look like those of a scan or a simulation: whole steps of their greatest one,
 /// at most 255 of them. In a grid that is not known to be a fog, integers and values that do not
-/// fade to 0 tell so too.
-bool is_scan(const Field& density, bool known_fog);
+/// fade to 0 tell so too; in one that is full up to its faces, more than a few values.
+bool is_scan(const Field& density, bool known_fog, bool full);
 
 /// Whether most values are low, like those of vessels or plumes in their surroundings: their mean
 /// is in the lowest quarter of the range.

@@ -152,11 +152,11 @@ std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted) 
   return found;
 }
 
-bool is_scan(const Field& density, bool known_fog) {
+bool is_scan(const Field& density, bool known_fog, bool full) {
   const std::vector<float> values = distinct_values(sample_voxels(density, sample_size));
   if (values.size() <= few_values) return false;
   const bool floats = density.value_type == "float" || density.value_type == "double";
-  return (are_steps(values) && (floats || !known_fog)) ||
+  return full || (are_steps(values) && (floats || !known_fog)) ||
          (!known_fog && values.front() > faded * values.back());
 }
 

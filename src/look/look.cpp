@@ -184,9 +184,8 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
                                        : !fields.flame(scene).grid.empty())
     return "fire";
   const bool fog = grid_class == "fog volume", named = says_density(grid);
-  // a box of values up to its faces, of which nothing says that it is a fog
-  if (!fog && !named && density.active_voxels == count_of(density.active_box)) return "scan";
-  return is_scan(density, named && (fog || !is_body(density))) ? "scan" : "smoke";
+  const bool full = !fog && !named && density.active_voxels == count_of(density.active_box);
+  return is_scan(density, named && (fog || !is_body(density)), full) ? "scan" : "smoke";
 }
 
 /// Whether the density's values stay in the file: looks need them in memory, all but `plain` and

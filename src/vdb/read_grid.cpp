@@ -136,13 +136,6 @@ class Reading {
     field_.active_box = summary.active_box;
     field_.active_voxels = summary.active_voxels;
     field_.world_from_index = world_from_index;
-    // what lies beside a box of values up to its faces is not 0 but unknown, as beside an array; a
-    // box of one plane has no inside
-    const Box& box = summary.active_box;
-    if (options_.role == GridRole::data && grid_.head().grid_class == unknown_class &&
-        field_.channels == 1 && summary.active_voxels == count_of(box) &&
-        glm::all(glm::greaterThan(box.max, box.min)))
-      field_.margin = 0;
   }
 
   LeafSurvey leaf_survey(bool ranges) const {
