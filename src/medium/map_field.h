@@ -7,6 +7,7 @@
 
 #include "psivox/field.h"
 #include "psivox/scene.h"
+#include "psivox/team.h"
 #include "psivox/vdb.h"
 #include "scene/transfer_function.h"
 
