@@ -61,11 +61,12 @@ bool is_veiled(const Field& density) {
 /// A value around the object that is as far above all others as these are from each other is
 /// padding, such as -2000 of a scan in unsigned numbers. Beside it nothing else would be seen.
 void leave_out_padding(Choosing& all) {
+  constexpr std::size_t looked_at = 16384;  // voxels, of which the greatest is known well enough
   const Field& density = *all.fields.of(all.scene).density;
   const std::optional<double> outside = outside_value(density);
   if (is_given(all.asked, "fill-value") || !outside || *outside != active_range(density).y) return;
   double next = -HUGE_VAL;
-  for (const SampledVoxel& some : sample_voxels(density, 16384))
+  for (const SampledVoxel& some : sample_voxels(density, looked_at))
     if (double(some.value) < *outside) next = std::max(next, double(some.value));
   const double least = std::min(active_range(density).x, 0.0);
   if (next > least && *outside - next > next - least) all.scene.fill_value = number_text(*outside);
