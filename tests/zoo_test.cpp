@@ -181,8 +181,24 @@ std::vector<Animal> types() {
       {"level_set", "surface", "torus", [] { return Grids{level_set("torus")}; }},
       {"level_set_double", "surface", "torus",
        [] { return Grids{level_set<DoubleGrid>("torus")}; }},
-      {"level_set_of_no_class", "signed", "torus",
+      {"level_set_of_no_class", "surface", "torus",
        [] { return Grids{of_no_class(level_set("torus"))}; }},
+      {"distances_in_a_box", "surface", "sdf",
+       [] { return Grids{of_no_class(filled("sdf", torus))}; }},
+      {"distances_cut_off", "surface", "tsdf",
+       [] {
+         return Grids{of_no_class(
+             filled("tsdf", [](const Coord& p) { return std::clamp(torus(p) / 3, -1.0, 1.0); }))};
+       }},
+      // in the world, where voxels are no cubes
+      {"distances_between_slices", "surface", "distance",
+       [] {
+         const auto ball = [](const Coord& p) {
+           return (p.asVec3d() * Vec3d(1, 1, 0.4)).length() - 6;
+         };
+         return Grids{placed(of_no_class(filled("distance", ball)),
+                             axes({1, 0, 0}, {0, 1, 0}, {0, 0, 0.4}))};
+       }},
       {"fog_of_wrong_class", "smoke", "fog",
        [] { return Grids{of_class(filled("fog", cloud), openvdb::GRID_LEVEL_SET)}; }},
       {"undershoots", "smoke", "smoke",

@@ -247,6 +247,14 @@ void choose_flame(Choosing& all) {
   if (!flame.grid.empty()) set_flame(all.asked, all.fields.file(), flame, all.scene);
 }
 
+/// Distances have their surface at 0. A level set's is there by itself.
+void choose_isovalue(Choosing& all) {
+  const Field& density = *all.fields.of(all.scene).density;
+  if (!all.scene.isovalue.empty() || density.half_width > 0 || !is_distance(density)) return;
+  all.view.reset();
+  all.scene.isovalue = {{.value = 0}};
+}
+
 struct Choice {
   const char* name;
   void (*make)(Choosing&);
@@ -254,7 +262,8 @@ struct Choice {
 constexpr Choice choices[] = {{"range", choose_range},           {"outside", choose_opacity},
                               {"balance", choose_balance},       {"colors", choose_colors},
                               {"extinction", choose_extinction}, {"flame", choose_flame},
-                              {"albedo-grid", choose_albedo},    {"contrast", choose_contrast}};
+                              {"albedo-grid", choose_albedo},    {"contrast", choose_contrast},
+                              {"isovalue", choose_isovalue}};
 
 constexpr const char* glowing_words[] = {"flame", "fire", "temperature", "heat", "temp", "fuel"};
 constexpr std::size_t flames = 2;

@@ -26,6 +26,12 @@ bool is_mostly_low(const Field& density);
 /// Whether values of both signs matter: the lower ones reach a twentieth of the greatest magnitude.
 bool is_signed(const Field& density);
 
+/// Whether the values are signed distances in any unit of the world or in voxels, whatever the
+/// grid's class says: most of their gradients are equally long (the eikonal equation), and these do
+/// not point in one direction as those of a ramp do. Distances that are cut off at a greatest one
+/// are distances, too.
+bool is_distance(const Field& density);
+
 /// Whether the values are labels: few different ones, which fill bodies of voxels and do not pass
 /// from one to the next. They are of a type of whole numbers, two or more whole numbers in floats,
 /// or at least 16 whole steps of the greatest. What surrounds the object alike tells nothing.
@@ -35,6 +41,10 @@ bool is_labels(const Field& density);
 /// faces. Else their median, if nine of ten are higher than half of the volume, or if they are
 /// nearly alike and half of the volume is as they are. Unset: there is none.
 std::optional<double> outside_value(const Field& density);
+
+/// Whether the outside is 0 to a fiftieth of the greatest magnitude. Where there is none: whether
+/// the values lie about 0, by their median and the ends of 98 % of them.
+bool is_about_0(const Field& density);
 
 /// Whether the rays of a field that has an outside soon reach values that stay: it is a body, not a
 /// gas.

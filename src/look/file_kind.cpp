@@ -4,6 +4,9 @@
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <glm/matrix.hpp>
+#include <optional>
 #include <tuple>
 
 #include "field/field_cursor.h"
@@ -259,6 +262,16 @@ std::optional<double> outside_value(const Field& density) {
   return {};
 }
 
+bool is_about_0(const Field& density) {
+  constexpr double near_0 = 0.02, middle = 0.05, lopsided = 3;
+  const glm::dvec2 range = active_range(density);
+  if (const auto outside = outside_value(density))
+    return std::abs(*outside) <= near_0 * std::max(-range.x, range.y);
+  const double low = active_percentile(density, 1), high = active_percentile(density, 99);
+  return low < 0 && high > 0 && std::max(-low / high, high / -low) <= lopsided &&
+         std::abs(active_percentile(density, 50)) <= middle * (high - low);
+}
+
 bool is_body(const Field& density) {
   // From each face of the box inwards: of the rays that meet something, how many have reached half
   // of the brighter values within a few voxels of where they met the first?
@@ -319,6 +332,59 @@ bool is_signed(const Field& density) {
   const glm::dvec2 range = active_range(density);
   const double least = std::min(double(density.replaced.least), range.x);
   return least < 0 && -least > least_side * range.y;
+}
+
+namespace {
+
+/// Gradient at a voxel by central differences [1/voxel]. Unset where a neighbour is not known or at
+/// an end of the range, where distances are cut off.
+std::optional<glm::dvec3> gradient_at(FieldCursor& values, const glm::ivec3& voxel,
+                                      const glm::dvec2& range) {
+  glm::dvec3 differences;
+  for (int axis = 0; axis < 3; ++axis) {
+    glm::ivec3 step(0);
+    step[axis] = 1;
+    const double before = values.at(voxel - step), behind = values.at(voxel + step);
+    for (const double value : {before, behind})
+      if (!(value > range.x && value < range.y) || value == 0) return {};
+    differences[axis] = 0.5 * (behind - before);
+  }
+  return differences;
+}
+
+/// Whether three in four are equally long to 10 %, and they do not point in one direction.
+bool are_of_distances(const std::vector<glm::dvec3>& gradients) {
+  constexpr double nearly = 0.1, most = 0.75, one_way = 0.9;
+  std::vector<double> lengths;
+  glm::dvec3 sum(0);
+  for (const glm::dvec3& gradient : gradients) {
+    lengths.push_back(glm::length(gradient));
+    if (lengths.back() > 0) sum += gradient / lengths.back();
+  }
+  std::ranges::sort(lengths);
+  const double middle = lengths[lengths.size() / 2], count = double(lengths.size());
+  const auto alike = std::ranges::upper_bound(lengths, (1 + nearly) * middle) -
+                     std::ranges::lower_bound(lengths, (1 - nearly) * middle);
+  return middle > 0 && double(alike) >= most * count && glm::length(sum) <= one_way * count;
+}
+
+}  // namespace
+
+bool is_distance(const Field& density) {
+  constexpr std::size_t enough = 100;
+  if (density.reader || density.channels > 1 || !is_signed(density)) return false;
+  const glm::dvec2 range = active_range(density);
+  const glm::dmat3 to_world = glm::transpose(glm::inverse(glm::dmat3(density.world_from_index)));
+  FieldCursor values(density);
+  std::vector<glm::dvec3> gradients;
+  for (const SampledVoxel& some : sample_voxels(density, sample_size))
+    if (double(some.value) > range.x && double(some.value) < range.y)
+      if (const auto gradient = gradient_at(values, some.voxel, range))
+        gradients.push_back(*gradient);
+  if (gradients.size() < enough) return false;
+  if (are_of_distances(gradients)) return true;
+  for (glm::dvec3& gradient : gradients) gradient = to_world * gradient;
+  return are_of_distances(gradients);
 }
 
 }  // namespace psivox

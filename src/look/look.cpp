@@ -144,20 +144,25 @@ Scene mapped(Scene scene) {
   return scene;
 }
 
-/// The name of the look that suits a scan. Air of a CT is below 0: a sign alone says nothing, but
-/// it does where values on both sides lie in an outside of 0.
-std::string look_of_scan(const Scene& scene, KeptFields& fields) {
-  const Field& density = *fields.of(mapped(scene)).density;
-  if (!scene.colormap && fields.are_labels(mapped(scene))) return "labels";
-  return is_signed(density) && outside_value(density) == 0.0 ? "signed" : "scan";
+/// Whether a surface shows the values best, unless the scene says how they look.
+bool is_surface(const Scene& scene, const Field& density) {
+  return !is_given(scene, "mode") && !gives_any(scene, {"colormap", "range", "opacity"}) &&
+         scene.value_scale.is_linear() && is_distance(density);
 }
 
-/// The name of the look that suits values of which some are below 0. Where the outside is not 0,
-/// or all are below 0 and it is not known, a sign says nothing.
+/// The name of the look that suits values that are no labels, of which some may be below 0, such as
+/// air of a CT. A sign alone says nothing: values on both sides of an outside of 0 do, or those
+/// that lie about 0 alike where there is no outside.
 std::string look_of_signs(const Scene& scene, KeptFields& fields) {
   const Field& density = *fields.of(mapped(scene)).density;
-  const std::optional<double> outside = outside_value(density);
-  return outside == 0.0 || (!outside && active_range(density).y > 0) ? "signed" : "scan";
+  if (is_surface(scene, density)) return "surface";
+  return is_signed(density) && is_about_0(density) ? "signed" : "scan";
+}
+
+/// The name of the look that suits a scan.
+std::string look_of_scan(const Scene& scene, KeptFields& fields) {
+  if (!scene.colormap && fields.are_labels(mapped(scene))) return "labels";
+  return look_of_signs(scene, fields);
 }
 
 /// The name of the look that suits a file.

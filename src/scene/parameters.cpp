@@ -113,8 +113,8 @@ Rows look_rows() {
   return {
       common(
           {"look", "NAME", "", "auto in render, view and study",
-           "scene parameters that suit the file: auto, plain, smoke, fire, surface, scan, signed, "
-           "points, colors, vectors, mip or xray, or a .json of them; each option given "
+           "scene parameters that suit the file: auto, plain, smoke, fire, surface, scan, labels, "
+           "signed, points, colors, vectors, mip or xray, or a .json of them; each option given "
            "replaces its own part",
            &Scene::look}),
       common(own_or_scenes({"extinction", "K", "1/world unit",
