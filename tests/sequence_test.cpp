@@ -100,8 +100,9 @@ TEST(SequenceFiles, AreThoseOfAPatternAFolderOrNamed) {
   EXPECT_FALSE(sequence_files(std::vector{one})) << "one file is no sequence";
 
   const std::string other = folder.file("ash.0001.vdb");
+  folder.file("ash.0002.vdb");
   EXPECT_TRUE(has(usage_error([&] { sequence_files(std::vector{folder.path()}); }),
-                  "more than one sequence"));
+                  "more than one sequence; give one, such as '" + folder.path("ash.####.vdb")));
   const SequenceFiles named = sequence_files(std::vector{one, other}).value();
   EXPECT_EQ(named.at(1), one) << "names that differ otherwise are numbered in their order";
   EXPECT_EQ(named.at(2), other);

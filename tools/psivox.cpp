@@ -206,7 +206,8 @@ void run(const std::vector<std::string>& arguments, std::string& who) {
   }
   std::error_code unknown;
   if (name.ends_with(".vdb") || name.ends_with(".nvdb") ||
-      std::filesystem::is_regular_file(name, unknown)) {
+      std::filesystem::is_regular_file(name, unknown) ||
+      std::filesystem::is_directory(name, unknown)) {
     std::vector<std::string> view = arguments;
     view.insert(view.begin(), "view");
     if (has_window()) return run(view, who);

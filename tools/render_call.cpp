@@ -166,13 +166,11 @@ void check(const RenderCall& call, const Scene& scene) {
         "z.####.exr");
   for (const std::string& file : files_of(scene)) InputProtection::expect(frame_of_file(file).file);
   check_outputs(call, call.output);
-  if (call.output.empty() && call.movie.empty()) {
-    const bool of_volume = call.explain || !call.camera.empty();
-    if (!call.print_scene && !of_volume) usage("no output; give " + likely_output(call));
-    if (of_volume && scene.input.empty()) usage("no input; give IN.vdb");
-    return;
-  }
-  if (scene.input.empty()) usage("no input; give IN.vdb");
+  const bool draws = !call.output.empty() || !call.movie.empty();
+  const bool of_volume = draws || call.explain || !call.camera.empty();
+  if (scene.input.empty() && (of_volume || !call.print_scene)) usage("no input; give IN.vdb");
+  if (!of_volume && !call.print_scene) usage("no output; give " + likely_output(call));
+  if (!draws) return;
   if (is_standard_output(call.output) &&
       (call.print_scene || call.explain || call.check_error || call.stats == "-"))
     usage("-o " + call.output +

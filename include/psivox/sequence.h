@@ -30,6 +30,8 @@ class FramePattern {
   static std::optional<FramePattern> of_number(const std::string& path);
 
   std::string path(FrameNumber frame) const;
+  /// `fire.####.vdb`, as of_placeholder reads it, with as many digits as a path that matches.
+  std::string text(const std::string& path) const;
   /// The number in a path that matches the pattern.
   std::optional<FrameNumber> frame_of(const std::string& path) const;
   /// The same, but a number may have any digits.

@@ -98,11 +98,14 @@ std::optional<SequenceFiles> numbered(std::span<const std::string> paths) {
   return files;
 }
 
-/// Whether two of the files belong to one sequence.
-bool has_sequence(std::span<const std::string> paths) {
+/// The pattern of the first two files that belong to one sequence; empty if none do.
+std::string first_sequence(std::span<const std::string> paths) {
   for (std::size_t i = 1; i < paths.size(); ++i)
-    if (numbered(paths.subspan(i - 1, 2))) return true;
-  return false;
+    if (numbered(paths.subspan(i - 1, 2)))
+      return FramePattern::of_number(paths[i])->text(
+          std::min(paths[i - 1], paths[i],
+                   [](const std::string& a, const std::string& b) { return a.size() < b.size(); }));
+  return {};
 }
 
 /// The frames of a scan, from 0 on; unset if it has one, or cannot be read.
@@ -201,6 +204,10 @@ std::optional<FramePattern> FramePattern::of_number(const std::string& path) {
   pattern.before_ = path.substr(0, first);
   pattern.after_ = path.substr(last + 1);
   return pattern;
+}
+
+std::string FramePattern::text(const std::string& path) const {
+  return before_ + std::string(path.size() - before_.size() - after_.size(), '#') + after_;
 }
 
 std::string FramePattern::path(FrameNumber frame) const {
@@ -319,10 +326,10 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
     }
   }
   if (std::optional<SequenceFiles> files = numbered(paths)) return files;
-  if (inputs.size() == 1 && has_sequence(paths))
+  if (const std::string first = first_sequence(paths); !first.empty() && inputs.size() == 1)
     throw Error(ExitCode::usage, "folder " + in_quotes(inputs.front()) +
                                      " holds more than one sequence; give one, such as " +
-                                     in_quotes(inputs.front() + "/NAME.####.vdb"));
+                                     in_quotes(first));
   SequenceFiles files;
   for (const std::string& path : paths) files.emplace(FrameNumber(files.size()) + 1, path);
   return files;
