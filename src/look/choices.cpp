@@ -40,33 +40,28 @@ constexpr double body_depth = 0.7;
 void choose_extinction(Choosing& all) {
   if (all.scene.extinction) return;
   View view = take_view(all);
-  const bool sparse = view.medium.transfer && is_mostly_low(*view.medium.density);
+  FieldKind& kind = all.fields.kind(view.medium.density);
+  const bool sparse = view.medium.transfer && kind.is_mostly_low();
   const Field& density = *view.medium.density;
   if (!view.medium.nearest) {
     view.medium.extinction = light_extinction(view, sparse);
     // of a body the surface is seen: light reaches a voxel or two of its brightest values
-    if (view.medium.transfer && !sparse && is_body(density))
+    if (view.medium.transfer && !sparse && kind.is_body())
       view.medium.extinction = std::max(view.medium.extinction, body_depth / finest_voxel(density));
   }
   all.scene.extinction = view.medium.extinction;
   all.view = std::move(view);
 }
 
-/// Whether low values are a veil around the others: most of the box is the outside alone. Where
-/// they fill it they are noise.
-bool is_veiled(const Field& density) {
-  return 2 * density.active_voxels < count_of(density.active_box) && is_mostly_low(density);
-}
-
 /// A value around the object that is as far above all others as these are from each other is
 /// padding, such as -2000 of a scan in unsigned numbers. Beside it nothing else would be seen.
 void leave_out_padding(Choosing& all) {
-  constexpr std::size_t looked_at = 16384;  // voxels, of which the greatest is known well enough
   const Field& density = *all.fields.of(all.scene).density;
-  const std::optional<double> outside = outside_value(density);
+  FieldKind& kind = all.fields.kind(all.scene);
+  const std::optional<double> outside = kind.outside();
   if (is_given(all.asked, "fill-value") || !outside || *outside != active_range(density).y) return;
   double next = -HUGE_VAL;
-  for (const SampledVoxel& some : sample_voxels(density, looked_at))
+  for (const SampledVoxel& some : kind.sample())
     if (double(some.value) < *outside) next = std::max(next, double(some.value));
   const double least = std::min(active_range(density).x, 0.0);
   if (next > least && *outside - next > next - least) all.scene.fill_value = number_text(*outside);
@@ -76,8 +71,8 @@ void choose_range(Choosing& all) {
   all.view.reset();
   if (all.scene.range) return;
   leave_out_padding(all);
-  const Field& of_scene = *all.fields.of(all.scene).density;
-  const bool low = is_mostly_low(of_scene) && !is_veiled(of_scene);
+  FieldKind& kind = all.fields.kind(all.scene);
+  const bool low = kind.is_mostly_low() && !kind.is_veiled();
   set_parameter(all.scene, "range", low ? "50%,99.5%" : "2%,96%");
   const Field& density = *all.fields.of(all.scene).density;
   const glm::dvec2& percent = all.scene.range->ends;
@@ -111,12 +106,12 @@ void choose_opacity(Choosing& all) {
   const Field& density = *all.fields.of(all.scene).density;
   if (!all.scene.opacity || is_given(all.asked, "opacity")) return;
   cut_shell(all);
-  if (!is_given(all.asked, "range") && is_veiled(density)) {
+  if (!is_given(all.asked, "range") && all.fields.kind(all.scene).is_veiled()) {
     all.view.reset();
     all.scene.opacity->points = {{0, 0}, {0.03, 0}, {0.12, 0.06}, {0.4, 0.12}, {1, 1}};
     return;
   }
-  const std::optional<double> outside = outside_value(density);
+  const std::optional<double> outside = all.fields.kind(all.scene).outside();
   const std::optional<glm::dvec2> range = resolved_range(all.scene, density);
   if (!outside || !range) return;
   const double u = (*outside - range->x) / (range->y - range->x);
@@ -250,7 +245,9 @@ void choose_flame(Choosing& all) {
 /// Distances have their surface at 0. A level set's is there by itself.
 void choose_isovalue(Choosing& all) {
   const Field& density = *all.fields.of(all.scene).density;
-  if (!all.scene.isovalue.empty() || density.half_width > 0 || !is_distance(density)) return;
+  if (!all.scene.isovalue.empty() || density.half_width > 0 ||
+      !all.fields.kind(all.scene).is_distance())
+    return;
   all.view.reset();
   all.scene.isovalue = {{.value = 0}};
 }
@@ -282,7 +279,7 @@ const MediumFields& KeptFields::of(const Scene& scene) {
   if (!fields_ || key != key_) {
     fields_.reset();  // first, for they may be large
     drawn_.reset();
-    labels_.reset();
+    kind_.reset();
     fields_ = read_fields(scene, file_, false, parts_);
     drawn_ = std::exchange(fields_->drawn, nullptr);
   }
@@ -301,10 +298,9 @@ const Flame& KeptFields::flame(const Scene& scene) {
   return *flame_;
 }
 
-bool KeptFields::are_labels(const Scene& scene) {
-  const Field& density = *of(scene).density;  // first, for it may be another than before
-  if (!labels_) labels_ = is_labels(density);
-  return *labels_;
+FieldKind& KeptFields::kind(const std::shared_ptr<const Field>& density) {
+  if (!kind_ || kind_->density() != density) kind_.emplace(density);
+  return *kind_;
 }
 
 std::string density_grid(const Scene& scene, const VdbFile& file) {

@@ -135,7 +135,7 @@ std::string look_of_vectors(const Scene& scene, const VectorPart& part, KeptFiel
   if (names_colors(part.grid) && !by_value && (scene.grid.empty() || part.part == "length"))
     return "colors";
   if (part.part == "active") return "smoke";
-  return is_signed(*fields.of(scene).density) ? "signed" : "vectors";
+  return fields.kind(scene).is_signed() ? "signed" : "vectors";
 }
 
 /// The same scene, in which values below 0 are kept.
@@ -145,23 +145,23 @@ Scene mapped(Scene scene) {
 }
 
 /// Whether a surface shows the values best, unless the scene says how they look.
-bool is_surface(const Scene& scene, const Field& density) {
+bool is_surface(const Scene& scene, FieldKind& kind) {
   return !is_given(scene, "mode") && !gives_any(scene, {"colormap", "range", "opacity"}) &&
-         scene.value_scale.is_linear() && is_distance(density);
+         scene.value_scale.is_linear() && kind.is_distance();
 }
 
 /// The name of the look that suits values that are no labels, of which some may be below 0, such as
 /// air of a CT. A sign alone says nothing: values on both sides of an outside of 0 do, or those
 /// that lie about 0 alike where there is no outside.
 std::string look_of_signs(const Scene& scene, KeptFields& fields) {
-  const Field& density = *fields.of(mapped(scene)).density;
-  if (is_surface(scene, density)) return "surface";
-  return is_signed(density) && is_about_0(density) ? "signed" : "scan";
+  FieldKind& kind = fields.kind(mapped(scene));
+  if (is_surface(scene, kind)) return "surface";
+  return kind.is_signed() && kind.is_about_0() ? "signed" : "scan";
 }
 
 /// The name of the look that suits a scan.
 std::string look_of_scan(const Scene& scene, KeptFields& fields) {
-  if (!scene.colormap && fields.are_labels(mapped(scene))) return "labels";
+  if (!scene.colormap && fields.kind(mapped(scene)).is_labels()) return "labels";
   return look_of_signs(scene, fields);
 }
 
@@ -170,7 +170,7 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   const VdbFile& file = fields.file();
   if (const std::string look = info(scene.mode).look; !look.empty() && look != "auto") {
     if (!scene.shows(Shows::value)) return look;
-    return fields.are_labels(scene) ? "labels" : look;
+    return fields.kind(scene).is_labels() ? "labels" : look;
   }
   if (!scene.isovalue.empty()) return "surface";
   const std::string grid = density_grid(scene, file);
@@ -182,15 +182,16 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   if (grid_class == "scan") return look_of_scan(scene, fields);
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
-  if (!scene.colormap && fields.are_labels(scene)) return "labels";
-  if (is_signed(density)) return look_of_signs(scene, fields);
+  if (!scene.colormap && fields.kind(scene).is_labels()) return "labels";
+  if (fields.kind(scene).is_signed()) return look_of_signs(scene, fields);
   if (scene.colormap || !scene.value_scale.is_linear()) return "scan";
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
                                        : !fields.flame(scene).grid.empty())
     return "fire";
   const bool fog = grid_class == "fog volume", named = says_density(grid);
   const bool full = !fog && !named && density.active_voxels == count_of(density.active_box);
-  return is_scan(density, named && (fog || !is_body(density)), full) ? "scan" : "smoke";
+  FieldKind& kind = fields.kind(scene);
+  return kind.is_scan(named && (fog || !kind.is_body()), full) ? "scan" : "smoke";
 }
 
 /// Whether the density's values stay in the file: looks need them in memory, all but `plain` and
@@ -207,7 +208,7 @@ bool stays_in_file(const Scene& scene, KeptFields& fields) {
 /// and 200 lies no 7.
 void keep_labels(const Scene& asked, KeptFields& fields, Scene& scene) {
   if (is_given(asked, "classification") || !scene.has_function()) return;
-  if (fields.are_labels(asked)) scene.classification = Classification::nearest;
+  if (fields.kind(asked).is_labels()) scene.classification = Classification::nearest;
 }
 
 /// Why the light of a scene takes too much memory; empty: it does not.

@@ -1,4 +1,4 @@
-#include "look/choices.h"
+#include "look/field_kind.h"
 
 #include <algorithm>
 #include <cmath>
@@ -114,16 +114,6 @@ constexpr double least_side = 0.05;
 /// Faulty voxels below 0 are fewer than this part of all.
 constexpr double rare = 1e-3;
 
-/// Different values of a sample, ascending.
-std::vector<float> distinct_values(const std::vector<SampledVoxel>& sample) {
-  std::vector<float> values;
-  for (const SampledVoxel& some : sample) values.push_back(some.value);
-  std::ranges::sort(values);
-  const auto rest = std::ranges::unique(values);
-  values.erase(rest.begin(), rest.end());
-  return values;
-}
-
 /// Whether all are whole multiples of the greatest one's n-th part, for an n of at most 255. Of
 /// more than 50 values that are no steps, one in 10^20 samples would look so by chance: 0.4 of
 /// random values are so near to a step.
@@ -155,12 +145,32 @@ std::vector<SampledVoxel> sample_voxels(const Field& field, std::size_t wanted) 
   return found;
 }
 
-bool is_scan(const Field& density, bool known_fog, bool full) {
-  const std::vector<float> values = distinct_values(sample_voxels(density, sample_size));
-  if (values.size() <= few_values) return false;
-  const bool floats = density.value_type == "float" || density.value_type == "double";
-  return full || (are_steps(values) && (floats || !known_fog)) ||
-         (!known_fog && values.front() > faded * values.back());
+const std::vector<SampledVoxel>& FieldKind::sample() {
+  if (!sample_) sample_ = sample_voxels(density_, sample_size);
+  return *sample_;
+}
+
+const std::vector<float>& FieldKind::values() {
+  if (values_) return *values_;
+  values_.emplace();
+  for (const SampledVoxel& some : sample()) values_->push_back(some.value);
+  std::ranges::sort(*values_);
+  return *values_;
+}
+
+std::vector<float> FieldKind::distinct_values() {
+  std::vector<float> distinct = values();
+  const auto rest = std::ranges::unique(distinct);
+  distinct.erase(rest.begin(), rest.end());
+  return distinct;
+}
+
+bool FieldKind::is_scan(bool known_fog, bool full) {
+  const std::vector<float> distinct = distinct_values();
+  if (distinct.size() <= few_values) return false;
+  const bool floats = density_.value_type == "float" || density_.value_type == "double";
+  return full || (are_steps(distinct) && (floats || !known_fog)) ||
+         (!known_fog && distinct.front() > faded * distinct.back());
 }
 
 namespace {
@@ -196,28 +206,32 @@ std::optional<double> most_common(const std::vector<double>& sorted) {
 
 }  // namespace
 
-bool is_labels(const Field& density) {
+bool FieldKind::is_labels() {
+  if (!labels_) labels_ = find_labels();
+  return *labels_;
+}
+
+bool FieldKind::find_labels() {
   constexpr std::size_t most_labels = 4096, few = 16;
   constexpr double alike = 0.6, surely = 0.85, steps = 0.5, enough = 1000;
-  const std::string& type = density.value_type;
+  const std::string& type = density_.value_type;
   bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
-  if (type == "points" || density.channels > 1 || density.reader) return false;
-  const std::vector<SampledVoxel> sample = sample_voxels(density, sample_size);
-  const std::vector<float> found = distinct_values(sample);
-  if (sample.empty() || (!whole && !are_steps(found))) return false;
+  if (type == "points" || density_.channels > 1 || density_.reader) return false;
+  const std::vector<float> found = distinct_values();
+  if (found.empty() || (!whole && !are_steps(found))) return false;
   // of one value alone it may be a solid
   whole = whole || (found.size() > 1 && std::ranges::all_of(found, [](float value) {
                       return value == std::floor(value);
                     }));
-  const double outside = most_common(border_values(density)).value_or(0);
-  FieldCursor values(density);
+  const double outside = most_common(border_values(density_)).value_or(0);
+  FieldCursor cursor(density_);
   double pairs = 0;
   std::vector<double> passes;  // from a voxel to the next one, where values differ
-  for (const SampledVoxel& some : sample)
+  for (const SampledVoxel& some : sample())
     for (int axis = 0; axis < 3; ++axis) {
       glm::ivec3 beside = some.voxel;
       ++beside[axis];
-      const double value = values.at(beside), step = std::abs(value - double(some.value));
+      const double value = cursor.at(beside), step = std::abs(value - double(some.value));
       if (value == 0 || std::isnan(value)) continue;
       if (value == outside && step == 0) continue;  // as everywhere around the object
       ++pairs;
@@ -225,10 +239,10 @@ bool is_labels(const Field& density) {
     }
   const double same = pairs - double(passes.size());
   if (same < alike * pairs || (!whole && pairs < enough)) return false;
-  const auto counts = label_counts(density, most_labels);
+  const auto counts = label_counts(density_, most_labels);
   if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
   // one value that fills the whole box is no body in an outside
-  if (counts->size() == 1 && density.active_voxels >= count_of(density.active_box)) return false;
+  if (counts->size() == 1 && density_.active_voxels >= count_of(density_.active_box)) return false;
   double least_step = HUGE_VAL;
   for (auto label = counts->begin(); std::next(label) != counts->end(); ++label)
     least_step = std::min(least_step, double(std::next(label)->first) - double(label->first));
@@ -238,54 +252,53 @@ bool is_labels(const Field& density) {
   return counts->size() <= 8 || same >= surely * pairs || next <= steps * double(passes.size());
 }
 
-std::optional<double> outside_value(const Field& density) {
+std::optional<double> FieldKind::outside() {
+  if (!outside_) outside_.emplace(find_outside());
+  return *outside_;
+}
+
+std::optional<double> FieldKind::find_outside() {
   constexpr double narrow = 0.1;
-  if (density.active_box.empty() || density.reader || density.channels > 1) return {};
-  const std::vector<double> border = border_values(density);
-  const glm::dvec2 range = active_range(density);
+  if (density_.active_box.empty() || density_.reader || density_.channels > 1) return {};
+  const std::vector<double> border = border_values(density_);
+  const glm::dvec2 range = active_range(density_);
   if (border.empty() || !(range.x < range.y)) return {};
   if (const auto common = most_common(border)) return common;
   const double low = border[border.size() / 10], middle = border[border.size() / 2],
                high = border[border.size() * 9 / 10];
-  std::vector<double> all;
-  for (const SampledVoxel& some : sample_voxels(density, sample_size))
-    all.push_back(double(some.value));
+  const std::vector<float>& all = values();
   if (all.empty()) return {};
-  std::ranges::sort(all);
-  if (low > all[all.size() / 2]) return middle;
+  if (low > double(all[all.size() / 2])) return middle;
   // or about the same value at the border and in most of the volume
   const double spread = high - low;
-  const auto near =
-      std::ranges::upper_bound(all, high + spread) - std::ranges::lower_bound(all, low - spread);
-  if (spread <= narrow * (all.back() - all.front()) && 2 * near >= std::ptrdiff_t(all.size()))
+  const auto near = std::ranges::count_if(all, [&](float value) {
+    return double(value) >= low - spread && double(value) <= high + spread;
+  });
+  if (spread <= narrow * double(all.back() - all.front()) && 2 * near >= std::ptrdiff_t(all.size()))
     return middle;
   return {};
 }
 
-bool is_about_0(const Field& density) {
+bool FieldKind::is_about_0() {
   constexpr double near_0 = 0.02, middle = 0.05, lopsided = 3;
-  const glm::dvec2 range = active_range(density);
-  if (const auto outside = outside_value(density))
-    return std::abs(*outside) <= near_0 * std::max(-range.x, range.y);
-  const double low = active_percentile(density, 1), high = active_percentile(density, 99);
+  const glm::dvec2 range = active_range(density_);
+  if (const std::optional<double> value = outside())
+    return std::abs(*value) <= near_0 * std::max(-range.x, range.y);
+  const double low = active_percentile(density_, 1), high = active_percentile(density_, 99);
   return low < 0 && high > 0 && std::max(-low / high, high / -low) <= lopsided &&
-         std::abs(active_percentile(density, 50)) <= middle * (high - low);
+         std::abs(active_percentile(density_, 50)) <= middle * (high - low);
 }
 
-bool is_body(const Field& density) {
+bool FieldKind::is_body() {
   // From each face of the box inwards: of the rays that meet something, how many have reached half
   // of the brighter values within a few voxels of where they met the first?
   constexpr int across = 32, few = 6;
   constexpr double most_rays = 0.6;
-  const std::vector<SampledVoxel> sample = sample_voxels(density, sample_size);
-  if (sample.empty()) return false;
-  std::vector<float> values;
-  for (const SampledVoxel& some : sample) values.push_back(some.value);
-  std::ranges::sort(values);
-  const double high = double(values[values.size() * 9 / 10]);
+  if (values().empty()) return false;
+  const double high = double(values()[values().size() * 9 / 10]);
   if (!(high > 0)) return false;
-  FieldCursor cursor(density);
-  const Box& box = density.active_box;
+  FieldCursor cursor(density_);
+  const Box& box = density_.active_box;
   int rays = 0, reached = 0;
   for (int face = 0; face < 6; ++face)
     for (int i = 0; i < across; ++i)
@@ -313,24 +326,25 @@ bool is_body(const Field& density) {
   return rays > 0 && reached > most_rays * rays;
 }
 
-bool is_mostly_low(const Field& density) {
-  if (!density.active_range) return false;
-  double sum = 0, count = 0;
-  for (const SampledVoxel& some : sample_voxels(density, sample_size)) {
-    sum += double(some.value);
-    ++count;
-  }
-  const double least = double(density.active_range->x), most = double(density.active_range->y);
-  return sum < count * (least + low * (most - least));
+bool FieldKind::is_mostly_low() {
+  if (!density_.active_range) return false;
+  double sum = 0;
+  for (const SampledVoxel& some : sample()) sum += double(some.value);
+  const double least = double(density_.active_range->x), most = double(density_.active_range->y);
+  return sum < double(sample().size()) * (least + low * (most - least));
 }
 
-bool is_signed(const Field& density) {
+bool FieldKind::is_veiled() {
+  return 2 * density_.active_voxels < count_of(density_.active_box) && is_mostly_low();
+}
+
+bool FieldKind::is_signed() const {
   // where reading put 0 in place of values below it, there is no range yet
-  const auto negative = double(density.replaced.negative);
-  if (!density.active_range && negative == 0) return false;
-  if (negative > 0 && negative < rare * stored_voxels(density)) return false;
-  const glm::dvec2 range = active_range(density);
-  const double least = std::min(double(density.replaced.least), range.x);
+  const auto negative = double(density_.replaced.negative);
+  if (!density_.active_range && negative == 0) return false;
+  if (negative > 0 && negative < rare * stored_voxels(density_)) return false;
+  const glm::dvec2 range = active_range(density_);
+  const double least = std::min(double(density_.replaced.least), range.x);
   return least < 0 && -least > least_side * range.y;
 }
 
@@ -370,16 +384,16 @@ bool are_of_distances(const std::vector<glm::dvec3>& gradients) {
 
 }  // namespace
 
-bool is_distance(const Field& density) {
+bool FieldKind::is_distance() {
   constexpr std::size_t enough = 100;
-  if (density.reader || density.channels > 1 || !is_signed(density)) return false;
-  const glm::dvec2 range = active_range(density);
-  const glm::dmat3 to_world = glm::transpose(glm::inverse(glm::dmat3(density.world_from_index)));
-  FieldCursor values(density);
+  if (density_.reader || density_.channels > 1 || !is_signed()) return false;
+  const glm::dvec2 range = active_range(density_);
+  const glm::dmat3 to_world = glm::transpose(glm::inverse(glm::dmat3(density_.world_from_index)));
+  FieldCursor cursor(density_);
   std::vector<glm::dvec3> gradients;
-  for (const SampledVoxel& some : sample_voxels(density, sample_size))
+  for (const SampledVoxel& some : sample())
     if (double(some.value) > range.x && double(some.value) < range.y)
-      if (const auto gradient = gradient_at(values, some.voxel, range))
+      if (const auto gradient = gradient_at(cursor, some.voxel, range))
         gradients.push_back(*gradient);
   if (gradients.size() < enough) return false;
   if (are_of_distances(gradients)) return true;
