@@ -40,7 +40,7 @@ struct March {
   int steps;
   int samples;
   bool done;
-  bool stuck;          // it stood still before its end, and was ended
+  bool stuck;          // it no longer advanced and was ended early
   Track luminance;
   Emission emission;
   Track gradient;      // its ray is the density's and is not used

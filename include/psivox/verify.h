@@ -15,7 +15,7 @@ struct VerifyCase {
   std::string reason;  ///< why the bound is what it is, in a few words
   double error = 0;    ///< largest difference of a channel
   double bound = 0;
-  std::uint64_t stuck = 0;  ///< rays that stood still before their end
+  std::uint64_t stuck = 0;  ///< rays that no longer advanced and were ended early
   bool passed() const { return error <= bound && stuck == 0; }  ///< a NaN fails
 };
 

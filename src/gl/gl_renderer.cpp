@@ -26,7 +26,7 @@ class LightPass {
   LightPass(const MarchSetup& setup, const GridTextures& textures, const MarchProgram& program);
 
   void depths(LightBlocks blocks, const TakeDepths& take, const Progress& progress);
-  /// Rays that stood still before their end.
+  /// Rays that no longer advanced and were ended early.
   std::uint64_t stuck() const { return stuck_; }
 
  private:

@@ -40,7 +40,7 @@ class Readback {
   /// Reports the progress so far.
   void report() const;
 
-  /// Rays that stood still before their end, of what was read.
+  /// Rays that no longer advanced and were ended early, of what was read.
   std::uint64_t stuck() const { return stuck_; }
 
  private:

@@ -39,7 +39,7 @@ using uint4 = glm::uvec4;
 
 }  // namespace psivox::glsl
 
-/// Added to the opacity of a ray that stood still before its end, on its way from the GPU.
+/// Marks a ray that no longer advanced: the GPU adds it to the opacity that it sends.
 inline constexpr int stuck_mark = 4;
 
 /// Entries that a further volume has in the tables (shaders/others.glsl).

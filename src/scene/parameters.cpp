@@ -49,8 +49,8 @@ Rows input_rows() {
            ":active is 1 at active voxels",
            &Scene::grid})),
       {"volumes", "FILE", "", "none",
-       "draw another volume in the same scene; several may be given. Each has the scene's options, "
-       "but for those that follow its file as NAME=VALUE: ",
+       "draw another volume in the same scene; several may be given. It takes the scene's options; "
+       "NAME=VALUE behind its file replaces one of these: ",
        &Scene::volumes, any, "none"},
       {"strict", "", "", "",
        "refuse NaN, Inf, negative values, backgrounds and non-linear transforms", &Scene::strict},

@@ -1,4 +1,4 @@
-"""Volume rendering with an error that you choose.
+"""Renders volumes to a given error.
 
     import numpy as np, psivox
     psivox.render(np.random.rand(64, 64, 64).astype("f4")).write("x.png")
