@@ -20,7 +20,7 @@ void add_light(INOUT(March) m, real3 C) {
 // the optical depth `depth` and an attenuation proportional to `tau`.
 void find_half(INOUT(March) m, Cubic tau, real depth, real length) {
   if (!find_depth) return;
-  if (m.half_depth >= NEVER && m.optical_depth + depth > m.half_at) {
+  if (m.shown_at >= NEVER && m.optical_depth + depth > m.half_at) {
     // an end correction may have passed it
     real s = m.optical_depth < m.half_at ? (m.half_at - m.optical_depth) / depth : real(0.0);
     real target = s * antiderivative(tau, real(1.0));
@@ -33,7 +33,7 @@ void find_half(INOUT(March) m, Cubic tau, real depth, real length) {
       s = s - off / polynomial(tau, s);
       if (!(s >= low && s <= high)) s = real(0.5) * (low + high);
     }
-    m.half_depth = m.t + length * s;
+    m.shown_at = m.t + length * s;
   }
 }
 

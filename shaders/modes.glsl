@@ -42,6 +42,6 @@ real4 drawn(IN(March) m, Ray ray) {
 
 // Distance from the camera of what the depth layer shows [world units]; NEVER where that is nothing.
 real depth_of(IN(March) m, Pixel p) {
-  if (m.half_depth >= NEVER || (shows == SHOWS_value && !has_value(m))) return NEVER;
-  return (m.half_depth - camera_time(p)) * world_unit;
+  if (m.shown_at >= NEVER || (shows == SHOWS_value && !has_value(m))) return NEVER;
+  return (m.shown_at - camera_time(p)) * world_unit;
 }

@@ -23,7 +23,7 @@ void load_march(INOUT(March) m, ivec2 at) {
   m.cell = b.xyz;
   if (template_sampling) m.lattice = b.w;
   m.radiance = intBitsToFloat(c.xyz);
-  if (keeps_depth) m.half_depth = intBitsToFloat(c.w);
+  if (keeps_depth) m.shown_at = intBitsToFloat(c.w);
   if (count_steps) {
     m.steps = d.x;
     m.samples = d.y;
@@ -46,7 +46,7 @@ void save_march(IN(March) m, ivec2 at) {
   ivec4 place = ivec4(m.cell, m.lattice);
   if (end_corrections) place.xy = floatBitsToInt(vec2(m.step_error, m.front.slope));
   save_state(1, at, place);
-  save_state(2, at, ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.half_depth)));
+  save_state(2, at, ivec4(floatBitsToInt(m.radiance), floatBitsToInt(m.shown_at)));
   // of which TileTarget::draw_passes reads the last two
   save_state(3, at, ivec4(m.steps, m.samples, (m.stuck ? 2 : 0) + (m.done ? 1 : 0), floatBitsToInt(m.t)));
 }

@@ -35,7 +35,7 @@ struct March {
   real transmittance;  // e^{-optical_depth}, kept only where the radiance needs it; or of surfaces
   real half_at;        // optical depth at which the transmittance falls below 1/2
   real stop_at;        // optical depth at which the ray ends
-  real half_depth;     // t at which the transmittance falls below 1/2, or of the maximum, the surface
+  real shown_at;       // t at which the transmittance falls below 1/2, or of the maximum, the surface
   real step_error;     // h^2/12 of the segment before t, see correct_step
   int steps;
   int samples;
@@ -76,7 +76,7 @@ March begin_march(Ray ray) {
   m.transmittance = real(1.0);
   m.half_at = LN2;
   m.stop_at = stop_depth;
-  m.half_depth = NEVER;
+  m.shown_at = NEVER;
   m.steps = 0;
   m.samples = 0;
   m.stuck = false;

@@ -80,7 +80,7 @@ void meet_surface(INOUT(March) m, int k, real t, bool rises, Ray ray) {
     m.done = true;
   }
   bool half_way = m.done || (veils && -log(m.transmittance) > m.half_at);
-  if (half_way && m.half_depth >= NEVER) m.half_depth = t;
+  if (half_way && m.shown_at >= NEVER) m.shown_at = t;
 }
 
 // Looks for surfaces in a piece of a cell, part by part in which the value is monotone: each value is met

@@ -1,6 +1,6 @@
 // The greatest value of a ray (mip), its first local maximum of at least a threshold (lmip), its least
 // (minip), or their mean. The ray keeps the value in radiance.x, below 0 where the least is sought, and its
-// place in half_depth; of the mean it keeps the integral in x. Of both the length met is in y, that of absent
+// place in shown_at; of the mean it keeps the integral in x. Of both the length met is in y, that of absent
 // values in z.
 
 // Looks at a value. LMIP ends where values fall behind a maximum that reaches the threshold. What
@@ -13,7 +13,7 @@ void see_value(INOUT(March) m, real of, real t) {
     m.done = true;
   } else if (seen && value > m.radiance.x) {
     m.radiance.x = value;
-    m.half_depth = t;
+    m.shown_at = t;
   }
 }
 

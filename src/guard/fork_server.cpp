@@ -51,24 +51,24 @@ void ignore_signals() {
 }
 
 /// Returns once the program has ended.
-void start_processes(int requests, const Trade& trade) {
+void start_processes(int requests, const ServerWork& work) {
   std::signal(SIGCHLD, SIG_IGN);  // the system collects those that end
   while (std::optional<Message> request = receive(requests)) {
     if (request->descriptors.size() != 2) continue;
-    if (request->bytes == prepared_request) trade.prepare();
+    if (request->bytes == prepared_request) work.prepare();
     if (fork() != 0) continue;
     keep_only(request->descriptors[0].get(), request->descriptors[1].get());
     end_with(4);
-    serve(3, trade.open);
+    serve(3, work.open);
   }
 }
 
-[[noreturn]] void run_server(int requests, const Trade& trade) {
+[[noreturn]] void run_server(int requests, const ServerWork& work) {
   try {
     prctl(PR_SET_NAME, "psivox-readers");
     keep_only(requests);
     ignore_signals();
-    start_processes(3, trade);
+    start_processes(3, work);
   } catch (const std::exception&) {  // the program notices the end
   }
   _exit(0);
@@ -87,12 +87,12 @@ ProcessEnds start_process(bool prepared) {
   return {std::move(connection), std::move(life)};
 }
 
-void start_server(const Trade& trade) {
+void start_server(const ServerWork& work) {
   if (server >= 0) return;
   auto [program, requests] = socket_pair();
   const pid_t process = fork();
   if (process < 0) throw Error(ExitCode::failure, "no process to read files in can be started");
-  if (process == 0) run_server(requests.get(), trade);
+  if (process == 0) run_server(requests.get(), work);
   server = fcntl(program.get(), F_DUPFD_CLOEXEC, 3);  // 0, 1 and 2 may be closed
 }
 
@@ -123,6 +123,6 @@ void start_server(const std::filesystem::path& program) {
   server = fcntl(here.get(), F_DUPFD_CLOEXEC, 3);
 }
 
-void serve_as_program(const Trade& trade) { run_server(requests_of_program, trade); }
+void serve_as_program(const ServerWork& work) { run_server(requests_of_program, work); }
 
 }  // namespace psivox::guard

@@ -53,18 +53,18 @@ using OpenService = Service (*)(std::vector<OpenFile> files, Progress progress);
 [[noreturn]] void serve(int connection, OpenService open);
 
 /// What the processes do that a server forks.
-struct Trade {
+struct ServerWork {
   void (*prepare)();  ///< in the server, for all that it forks later; see start_process
   OpenService open;
 };
 
 /// Starts the server by a fork, before the program has threads. It ends with the program. Does
 /// nothing if one runs. Throws Error(failure).
-void start_server(const Trade& trade);
+void start_server(const ServerWork& work);
 
 /// Starts the server as a program of its own, which calls serve_as_program(). Any thread may do so.
 void start_server(const std::filesystem::path& program);
-[[noreturn]] void serve_as_program(const Trade& trade);
+[[noreturn]] void serve_as_program(const ServerWork& work);
 
 bool has_server();
 
@@ -74,8 +74,8 @@ struct ProcessEnds {
   Descriptor life;        ///< closing it ends the process
 };
 
-/// Starts a process; `prepared`: after Trade::prepare. May be called from several threads. Throws
-/// Error(failure).
+/// Starts a process; `prepared`: after ServerWork::prepare. May be called from several threads.
+/// Throws Error(failure).
 ProcessEnds start_process(bool prepared);
 
 /// For tests: called with the file's path, the request and the connection before each answer, in

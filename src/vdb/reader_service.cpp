@@ -57,7 +57,7 @@ void load_module() {
   }
 }
 
-constexpr guard::Trade reading{load_module, serving};
+constexpr guard::ServerWork reading{load_module, serving};
 
 }  // namespace
 }  // namespace vdb
