@@ -82,11 +82,17 @@ Ray march_ray_of(Pixel p) {
 
 // Towards the light: the ray from a voxel of the density grid to where the light comes in. The view
 // of such a march looks there, orthographic (light_march in light.h). A ray in an upper face of the
-// domain stays inside: what lies there is as deep as what lies just below.
+// domain stays inside: what lies there is as deep as what lies just below. A voxel that is a cell of
+// one value has its middle half a voxel further.
 Ray light_ray(int3 voxel) {
   real3 d = density.direction_0;
-  d.x = along_face(d.x, voxel.x, density.domain_max.x);
-  d.y = along_face(d.y, voxel.y, density.domain_max.y);
-  d.z = along_face(d.z, voxel.z, density.domain_max.z);
-  return make_ray(real3(voxel), d, density.domain_min, density.domain_max, real(0.0));
+  real3 at = real3(voxel);
+  if (nearest) {
+    at += real(0.5);
+  } else {
+    d.x = along_face(d.x, voxel.x, density.domain_max.x);
+    d.y = along_face(d.y, voxel.y, density.domain_max.y);
+    d.z = along_face(d.z, voxel.z, density.domain_max.z);
+  }
+  return make_ray(at, d, density.domain_min, density.domain_max, real(0.0));
 }

@@ -139,8 +139,10 @@ using LightGpu = GpuTest;
 
 TEST_F(LightGpu, DepthsAreThoseInDouble) {
   Scene scene = lit_scene({0, 0, -1});
-  for (const bool function : {false, true}) {
+  for (const std::string way : {"", ", function", ", labels"}) {
+    const bool function = !way.empty();
     if (function) scene.transfer_function = function_file();
+    if (way == ", labels") scene.classification = Classification::nearest;
     for (const glm::dvec3& direction : directions) {
       if (function && &direction != &directions[2]) continue;  // it is the same in all
       scene.lights.front().direction = direction;
@@ -149,7 +151,7 @@ TEST_F(LightGpu, DepthsAreThoseInDouble) {
       const std::vector<double> gpu = gl_depths(view, origins);
       const Difference d = difference_of(view, origins, gpu, double_depths(view, origins));
       std::printf("  light %g,%g,%g%s: rms %.2e, max %.2e\n", direction.x, direction.y, direction.z,
-                  function ? ", function" : "", d.rms, d.max);
+                  way.c_str(), d.rms, d.max);
       // float32 positions over 64 voxels are accurate to 4e-6 voxels. A depth's error is that times
       // a change of attenuation of about 1 at each, and these do not add up. Where a value crosses
       // the function's jump of 1.7 slowly, the place of the jump is off by that over the value's

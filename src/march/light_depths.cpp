@@ -40,11 +40,10 @@ class MarchedDepths {
   glsl::AtlasMarch::Ray ray_from(glsl::AtlasMarch& march, const glm::dvec3& point) const {
     const auto& grid = march.density;
     const Box& domain = atlas_.density.domain;
-    const glm::dvec3 at = point - glm::dvec3(setup_.origin) + (march.nearest ? 0.5 : 0.0);
-    if (!march.nearest &&
-        glm::clamp(point, glm::dvec3(domain.min), glm::dvec3(domain.max)) == point)
+    if (glm::clamp(point, glm::dvec3(domain.min), glm::dvec3(domain.max)) == point)
       if (const glm::ivec3 voxel = nearest_voxel(point); glm::dvec3(voxel) == point)
         return march.light_ray(voxel - setup_.origin);
+    const glm::dvec3 at = point - glm::dvec3(setup_.origin) + (march.nearest ? 0.5 : 0.0);
     return march.make_ray(at, grid.direction_0, grid.domain_min, grid.domain_max, 0.0);
   }
 
