@@ -239,6 +239,14 @@ std::vector<Animal> types() {
        }},
       {"labels", "labels", "labels",
        [=] { return Grids{of_no_class(filled<Int32Grid>("labels", labels))}; }},
+      // of a thousand cells, in floats
+      {"instances", "labels", "cells",
+       [=] {
+         const auto cell = [](const Coord& p) {
+           return 1.0 + (p.z() + 20) / 4 + 10 * ((p.y() + 20) / 4) + 100 * ((p.x() + 20) / 4);
+         };
+         return Grids{of_no_class(filled("cells", cell, 19))};
+       }},
   };
 }
 

@@ -218,11 +218,11 @@ bool FieldKind::find_labels() {
   bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
   if (type == "points" || density_.channels > 1 || density_.reader) return false;
   const std::vector<float> found = distinct_values();
-  if (found.empty() || (!whole && !are_steps(found))) return false;
   // of one value alone it may be a solid
   whole = whole || (found.size() > 1 && std::ranges::all_of(found, [](float value) {
                       return value == std::floor(value);
                     }));
+  if (found.empty() || (!whole && !are_steps(found))) return false;
   const double outside = most_common(border_values(density_)).value_or(0);
   FieldCursor cursor(density_);
   double pairs = 0;

@@ -58,7 +58,7 @@ class FieldKind {
 
   /// Whether the values are labels: few different ones, which fill bodies of voxels and do not pass
   /// from one to the next. They are of a type of whole numbers, two or more whole numbers in
-  /// floats, or at least 16 whole steps of the greatest. What surrounds the object alike tells
+  /// floats, or 16 to 255 whole steps of the greatest. What surrounds the object alike tells
   /// nothing.
   bool is_labels();
 
