@@ -7,7 +7,7 @@
 namespace psivox {
 namespace {
 
-constexpr double midpoint_cost = 0.85, brick_steps_cost = 1.4;
+constexpr double brick_steps_cost = 1.4;
 
 /// Cost of a lit function's cell that is not cut at its knots: with one linear segment, and for
 /// each further one.
@@ -66,7 +66,8 @@ double look_up_cost(const MethodView& marched, bool paired) {
   const Medium& medium = marched.view.medium;
   const Method& method = marched.method;
   if (method.sampling == Sampling::uniform)
-    return (depth_alone(medium) ? 1 : midpoint_cost) * (marched.brick_steps ? brick_steps_cost : 1);
+    return (depth_alone(medium) ? 1 : info(method.integrator).lattice_cost) *
+           (marched.brick_steps ? brick_steps_cost : 1);
   if (has_plain_voxels(medium)) return plain_voxel_cost;
   if (paired && medium.transfer && !is_cell_rule(method.integrator) &&
       !marched.view.scene.split_knots)
