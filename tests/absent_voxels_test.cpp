@@ -15,6 +15,7 @@
 #include "psivox/open.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
+#include "scratch.h"
 #include "thrown.h"
 
 namespace psivox {
@@ -62,7 +63,12 @@ class AbsentVoxels : public GpuTest {};
 /// nothing that is seen is beyond the data.
 TEST_F(AbsentVoxels, AreVacuumToEveryMode) {
   const auto file = decibels();
+  const std::string steep = test::write_bytes("steep.json", R"({"gradients": [0, 10], "points": [
+    {"value": -100, "attenuation": [0.2, 1]}, {"value": 0, "attenuation": [0.2, 1]}]})")
+                                .string();
   const std::vector<std::vector<Setting>> cases = {
+      {{"classification", "pre"}, {"opacity", "0:0.2,1:1"}},
+      {{"classification", "pre"}, {"transfer-function", steep}},
       {{"colormap", "viridis"}, {"opacity", "0:0.2,1:1"}},
       {{"colormap", "viridis"}, {"opacity", "0:0.2,1:1"}, {"light", "1,-1,-1"}},
       {{"opacity", "0:1,1:0"}, {"integrator", "cell-exact"}},
@@ -118,7 +124,32 @@ TEST_F(AbsentVoxels, AreSeenByNoStatistic) {
   EXPECT_LT(active_range(field).y, -10);
   EXPECT_GT(active_range(field).x, -100);
   EXPECT_LT(active_percentile(field, 99.9), -10);
-  EXPECT_TRUE(std::isfinite(otsu_threshold(field)));
+}
+
+TEST_F(AbsentVoxels, CountForNoThreshold) {
+  // half of what is known is 3; of what is less a fifth is 1 and the rest is 2
+  const auto file = array_of([](const glm::dvec3& p) {
+    if (p.x < 0) return no_data;
+    return p.y < 0 ? 3.0f : p.z < -0.6 ? 1.0f : 2.0f;
+  });
+  const double threshold = otsu_threshold(*read_fields(scene_by({}), *file).density);
+  EXPECT_GT(threshold, 2);
+  EXPECT_LT(threshold, 3);
+}
+
+TEST_F(AbsentVoxels, AddNothingToTheAutomaticDepth) {
+  // in a box a ball of opaque values, beside which there are none, or some that attenuate nothing
+  const auto extinction_beside = [](float beside) {
+    const auto file = array_of([&](const glm::dvec3& p) {
+      const glm::dvec3 q = glm::abs(p);
+      if (std::max({q.x, q.y, q.z}) > 0.98) return 0.1f;
+      return glm::length(p) < 0.5 ? 2.0f : beside;
+    });
+    const Scene scene = scene_by({{"range", "0,2"}, {"opacity", "0:0,0.4:0,0.5:1,1:1"}});
+    return make_view(scene, *file).medium.extinction;
+  };
+  // opacities are float32
+  EXPECT_NEAR(extinction_beside(no_data) / extinction_beside(0.1f), 1, 1e-6);
 }
 
 /// An organ and a small tumour in it.

@@ -203,6 +203,24 @@ std::string text_of(const Scene& scene) {
   return info(*scene.integrator).name + std::string(", step ") + std::to_string(*scene.step);
 }
 
+TEST(RegionFold, EqualsOnePassOfRaysInAPlane) {
+  // Rays in a plane between regions: by their rounded places they are in cells of either side, at
+  // the beginning and behind runs, and by the times of faces in one.
+  const Scene scene = small_scene(5);
+  const std::pair<Scene, Field> cases[] = {
+      {looking(scene, {24, -39.58204984664917, -11.785145699977875},
+               {24, 20.171283088624477, 23.142945003695786}, 40),
+       mixed()},
+      {looking(scene, {62.505785776302218, 31.053701462224126, 8},
+               {4.8003557613119483, 11.882581017911434, 8}, 40),
+       with_tiles(noise_beside_constant())},
+      {looking(scene, {-4.5745023526251316, -16.17858967743814, 15.999999999999998},
+               {23.397411458194256, 22.83955922909081, 15.999999999999998}, 40),
+       with_tiles(noise_beside_constant())}};
+  for (const auto& [along, field] : cases)
+    expect_one_pass(in_mode(along, Mode::alpha, field), std::to_string(along.camera_position->x));
+}
+
 TEST(RegionFold, EqualsOnePassInUniformSteps) {
   for (const Scene& steps : uniform_scenes)
     for (const auto& [name, scene] : cameras()) {

@@ -5,7 +5,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
-#include <numeric>
 #include <random>
 
 #include "field/field_index.h"
@@ -55,29 +54,34 @@ double place_of(const std::vector<Crossed>& cells, double opacity) {
   return cells.back().back;
 }
 
+/// The blocks that hold some voxels, each once.
+std::vector<glm::ivec3> blocks_with(std::span<const glm::ivec3> voxels) {
+  std::vector<glm::ivec3> blocks;
+  for (const glm::ivec3& voxel : voxels) blocks.push_back(voxel & ~7);
+  std::ranges::sort(blocks, comes_before);
+  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+  return blocks;
+}
+
+/// Luminance at a voxel, or its factor, where this process knows it.
+struct Known {
+  glm::dvec3 light{0};
+  bool known = false;
+};
+
+/// That of all voxels, which the members of a team know together.
+std::vector<glm::dvec3> known(const std::vector<Known>& own, const LightShare& share) {
+  std::vector<glm::dvec3> light(own.size());
+  for (const std::vector<Known>& some : share.team->gather(own))
+    for (std::size_t i = 0; i < light.size(); ++i)
+      if (some[i].known) light[i] = some[i].light;
+  return light;
+}
+
 }  // namespace
 
 LightError sum(const LightError& a, const LightError& b) {
   return {std::hypot(a.rms, b.rms), a.max + b.max};
-}
-
-LightDepths MediumDepths::at(std::size_t volume) const {
-  if (volumes_) return volumes_->at(volume);
-  if (volume == 0) return source_.depths(view_);
-  return source_.depths(seen_from(view_, volume));  // the reference copies the view
-}
-
-ExactDepths MediumDepths::exact(const View& seen, std::size_t volume) const {
-  if (!volumes_) return source_.exact_depths(seen);
-  return [this, volume](const Beam& beam, std::span<const glm::ivec3> voxels) {
-    return volumes_->exact(volume, beam, voxels);
-  };
-}
-
-std::vector<std::vector<Crossed>> MediumDepths::crossed(std::size_t volume, const View& seen,
-                                                        std::span<const glm::dvec2> places) const {
-  if (volumes_) return crossed_cells(seen, volumes_->atlas(volume), places);
-  return source_.crossed(seen, places);
 }
 
 BeamsOn beams_of(const std::vector<Beam>& beams) {
@@ -88,24 +92,52 @@ BeamsOn sky_of(int count) {
   return [count](const View& seen, std::size_t) { return sky_beams(seen, count); };
 }
 
-VolumePilot::VolumePilot(View view, std::size_t volume, const MediumDepths& depths,
-                         const BeamsOn& beams)
-    : view_(std::move(view)),
-      volume_(volume),
-      depths_(depths),
-      luminance_(view_, beams(view_, volume)) {
-  // the errors of many beams average
-  const auto count = double(luminance_.beams().size());
-  const double pixels = double(view_.scene.resolution.x) * view_.scene.resolution.y;
-  place_points(std::max(std::clamp(pixels / 28, some_light_rays, most_light_rays) / count,
-                        fewest_light_rays));
-  truth_ = exact_light(luminance_);
+void set_method(std::vector<Beam>& beams, const LightMethod& method) {
+  for (Beam& beam : beams) beam.method = method;
 }
 
-void VolumePilot::place_points(double rays) {
+struct LightPilot::Volume {
+  struct Ray {
+    std::size_t first = 0;  ///< of its points
+    double opacity = 0;
+    glm::dvec3 direction{0};
+  };
+
+  Volume(View view, std::size_t volume, const MediumDepths& depths, const BeamsOn& beams);
+
+  void place_points(double rays);
+  std::vector<glm::dvec3> exact_light(const LitLuminance& luminance) const;
+  /// Of the light at the voxels, and the factor of each ray that is in it.
+  LightError error(const std::vector<glm::dvec3>& light, const auto& phase) const;
+  LightError error(const Medium& lit) const;
+
+  View view;
+  std::size_t number;
+  const MediumDepths& depths;
+  std::vector<std::vector<Crossed>> cells{};  ///< of the rays that were looked along
+  std::vector<Ray> rays{};                    ///< drawn from these
+  double coverage = 0;
+  std::vector<glm::ivec3> voxels{};  ///< points_per_ray of each ray
+  std::vector<glm::dvec3> tints{};   ///< factor of the light there, if the function gives colours
+  std::vector<glm::dvec3> truth{};   ///< luminance there
+};
+
+LightPilot::Volume::Volume(View from, std::size_t volume, const MediumDepths& medium_depths,
+                           const BeamsOn& beams)
+    : view(std::move(from)), number(volume), depths(medium_depths) {
+  const LitLuminance luminance(view, beams(view, volume));
+  // the errors of many beams average
+  const auto count = double(luminance.beams().size());
+  const double pixels = double(view.scene.resolution.x) * view.scene.resolution.y;
+  place_points(std::max(std::clamp(pixels / 28, some_light_rays, most_light_rays) / count,
+                        fewest_light_rays));
+  truth = exact_light(luminance);
+}
+
+void LightPilot::Volume::place_points(double wanted_rays) {
   Uniform uniform;
-  View small = view_;
-  const glm::ivec2 size = rays_of(view_.scene.resolution, std::max(drawn_from, rays));
+  View small = view;
+  const glm::ivec2 size = rays_of(view.scene.resolution, std::max(drawn_from, wanted_rays));
   small.scene.resolution = size;
   // one ray, at a random place, of each part of the picture
   std::vector<glm::dvec2> places;
@@ -114,138 +146,105 @@ void VolumePilot::place_points(double rays) {
       const double v = y + uniform(), u = x + uniform();
       places.emplace_back(u, v);
     }
-  cells_ = depths_.crossed(volume_, small, places);
+  cells = depths.crossed(number, small, places);
 
   std::vector<double> weights;
-  for (const std::vector<Crossed>& cells : cells_)
-    weights.push_back(std::pow(opacity_of(cells), 2));
-  const auto hits = double(std::ranges::count_if(weights, [](double w) { return w > 0; }));
-  const double count =
-      std::min(hits, std::max(std::ceil(rays * hits / double(weights.size())), fewest_light_rays));
-  const double all = std::accumulate(weights.begin(), weights.end(), 0.0), apart = all / count;
+  double all = 0, hits = 0;
+  for (const std::vector<Crossed>& crossed : cells) {
+    weights.push_back(std::pow(opacity_of(crossed), 2));
+    all += weights.back();
+    hits += weights.back() > 0;
+  }
   if (!(all > 0)) return;
-  coverage_ = all / double(weights.size());
+  const double share = hits / double(weights.size());
+  const double count = std::min(hits, std::max(std::ceil(wanted_rays * share), fewest_light_rays));
+  coverage = all / double(weights.size());
 
-  const Field& density = *view_.medium.density;
+  const Field& density = *view.medium.density;
   const FieldIndex values(density);
   const glm::dmat4 to_index = glm::inverse(density.world_from_index);
-  std::vector<Known> tints;
+  std::vector<Known> own_tints;
+  const double apart = all / count;
   double next = apart * uniform(), sum = 0;
-  for (std::size_t n = 0; n < cells_.size(); ++n) {
+  for (std::size_t n = 0; n < cells.size(); ++n) {
     sum += weights[n];
     if (!(sum > next)) continue;
-    const WorldRay ray = camera_ray(view_.camera, size, places[n].x, places[n].y);
-    const double opacity = opacity_of(cells_[n]);
+    const WorldRay ray = camera_ray(view.camera, size, places[n].x, places[n].y);
+    const double opacity = opacity_of(cells[n]);
     for (; sum > next; next += apart) {
-      rays_.push_back({voxels_.size(), opacity, ray.direction});
+      rays.push_back({voxels.size(), opacity, ray.direction});
       for (std::size_t i = 0; i < points_per_ray; ++i) {
         const double wanted = (double(i) + uniform()) / points_per_ray * opacity;
         const glm::dvec3 point(
-            to_index * glm::dvec4(ray.origin + place_of(cells_[n], wanted) * ray.direction, 1));
-        if (view_.medium.source == LuminanceSource::transfer) {
+            to_index * glm::dvec4(ray.origin + place_of(cells[n], wanted) * ray.direction, 1));
+        if (view.medium.source == LuminanceSource::transfer) {
           const glm::ivec3 nearest = nearest_voxel(point);
-          const double value = view_.medium.nearest ? values.at(nearest).x : values.at(point).x;
+          const double value = view.medium.nearest ? values.at(nearest).x : values.at(point).x;
           const glm::dvec3 color =
-              std::isnan(value) ? glm::dvec3(0) : view_.medium.transfer->at(value).color;
-          tints.push_back({color, depths_.share().voxels.contains(nearest)});
+              std::isnan(value) ? glm::dvec3(0) : view.medium.transfer->at(value).color;
+          own_tints.push_back({color, depths.share().voxels.contains(nearest)});
         }
         // one of the cell's corners, each as often as its weight: the mean is the interpolation
         const double z = uniform(), y = uniform(), x = uniform();
         const Box domain = density.domain();
-        voxels_.push_back(glm::clamp(glm::ivec3(glm::floor(point + glm::dvec3(x, y, z))),
-                                     domain.min, domain.max));
+        voxels.push_back(glm::clamp(glm::ivec3(glm::floor(point + glm::dvec3(x, y, z))), domain.min,
+                                    domain.max));
       }
     }
   }
-  tints_ = known(tints);
+  tints = known(own_tints, depths.share());
 }
 
-std::vector<glm::dvec3> VolumePilot::exact_light(const LitLuminance& luminance) const {
+std::vector<glm::dvec3> LightPilot::Volume::exact_light(const LitLuminance& luminance) const {
   // what no float32 has beside the beam
-  const double no_more = transmittance_of(0x1p-24, view_.scene.scatter_octaves);
-  const Box& own = depths_.share().voxels;
-  const ExactDepths exact_depths = depths_.exact(view_, volume_);
+  const double no_more = transmittance_of(0x1p-24, view.scene.scatter_octaves);
+  const ExactDepths exact_depths = depths.exact(view, number);
   std::vector<Known> light;
-  light.reserve(voxels_.size());
-  for (const glm::ivec3& voxel : voxels_)
-    light.push_back(own.contains(voxel) ? Known{luminance.own(voxel), true} : Known{});
+  for (const glm::ivec3& voxel : voxels)
+    light.push_back({luminance.own(voxel), depths.share().voxels.contains(voxel)});
   for (std::size_t b = 0; b < luminance.beams().size(); ++b) {
     Beam exact = luminance.beams()[b];
     exact.method = {.termination = no_more};
-    const std::vector<double> depths = exact_depths(exact, voxels_);
-    for (std::size_t i = 0; i < voxels_.size(); ++i)
-      if (light[i].known) light[i].light += luminance.share(b, voxels_[i], depths[i]);
+    const std::vector<double> found = exact_depths(exact, voxels);
+    for (std::size_t i = 0; i < voxels.size(); ++i)
+      if (light[i].known) light[i].light += luminance.share(b, voxels[i], found[i]);
   }
-  return known(light);
+  return known(light, depths.share());
 }
 
-std::vector<glm::dvec3> VolumePilot::known(const std::vector<Known>& own) const {
-  std::vector<glm::dvec3> light(own.size());
-  for (const std::vector<Known>& some : depths_.share().team->gather(own))
-    for (std::size_t i = 0; i < light.size(); ++i)
-      if (some[i].known) light[i] = some[i].light;
-  return light;
-}
-
-double VolumePilot::mean_cells(double termination) const {
-  // A ray from a voxel towards a light is taken for one towards the camera. A ray has as many
-  // voxels as it crosses cells.
-  const double stop = -std::log(termination);
-  double sum = 0, weight = 0;
-  Uniform uniform;
-  const double voxel = finest_voxel(*view_.medium.density);
-  for (const std::vector<Crossed>& cells : cells_) {
-    const auto count = double(cells.size());
-    double depth = 0;
-    for (auto k = std::ptrdiff_t(uniform() * count); k >= 0 && depth < stop && count > 0; --k) {
-      const Crossed& cell = cells[std::size_t(k)];
-      // a run of one value counts by its length, as far as a ray sees in it
-      const double seen = std::min(1.0, (stop - depth) / cell.depth);
-      sum += count * std::max(1.0, seen * (cell.back - cell.front) / voxel);
-      depth += cell.depth;
-    }
-    weight += count;
-  }
-  return weight > 0 ? sum / weight : 1;
-}
-
-LightError VolumePilot::error(const Medium& lit) const {
+LightError LightPilot::Volume::error(const Medium& lit) const {
   const FieldIndex field(*lit.luminance);
   std::vector<Known> light;
-  light.reserve(voxels_.size());
-  for (const Ray& ray : rays_) {
+  for (const Ray& ray : rays) {
     const glm::dvec3 factor = lit.color * phase_factor(lit, ray.direction);
     for (std::size_t i = ray.first; i < ray.first + points_per_ray; ++i) {
-      const glm::dvec3 value = field.at(voxels_[i]);
+      const glm::dvec3 value = field.at(voxels[i]);
       // beside its own part a process has some of the light, and no other value for it
-      const bool has = !depths_.share().together() || field.stores(voxels_[i]);
+      const bool has = !depths.share().together() || field.stores(voxels[i]);
       light.push_back({factor * (lit.luminance->channels == 3 ? value : glm::dvec3(value.x)), has});
     }
   }
-  return error(known(light), [&](const Ray& ray) { return phase_factor(lit, ray.direction); });
+  return error(known(light, depths.share()),
+               [&](const Ray& ray) { return phase_factor(lit, ray.direction); });
 }
 
-LightError VolumePilot::error(const LitLuminance& luminance) const {
-  return error(exact_light(luminance), [](const Ray&) { return 1.0; });
-}
-
-LightError VolumePilot::error(const std::vector<glm::dvec3>& light,
-                              const std::function<double(const Ray&)>& phase) const {
+LightError LightPilot::Volume::error(const std::vector<glm::dvec3>& light,
+                                     const auto& phase) const {
   double sum = 0, sum_of_squares = 0, max = 0;
-  for (const Ray& ray : rays_) {
+  for (const Ray& ray : rays) {
     const double factor = phase(ray);
     // The mean over pairs of different points is the square of the mean error, free of the points'
     // own noise.
     glm::dvec3 total(0), squares(0);
     for (std::size_t i = ray.first; i < ray.first + points_per_ray; ++i) {
-      glm::dvec3 off = light[i] - factor * truth_[i];
-      if (!tints_.empty()) off *= tints_[i];
+      glm::dvec3 off = light[i] - factor * truth[i];
+      if (!tints.empty()) off *= tints[i];
       total += off;
       squares += off * off;
     }
     constexpr double pairs = double(points_per_ray * (points_per_ray - 1));
     const glm::dvec3 square = (total * total - squares) / pairs;
-    const double share = coverage_ / double(rays_.size()) * (square.x + square.y + square.z);
+    const double share = coverage / double(rays.size()) * (square.x + square.y + square.z);
     sum += share;
     sum_of_squares += share * share;
     const glm::dvec3 mean = glm::abs(total) * (ray.opacity / double(points_per_ray));
@@ -256,39 +255,66 @@ LightError VolumePilot::error(const std::vector<glm::dvec3>& light,
   return {std::sqrt(squares / 4), max};
 }
 
-LightPilot::LightPilot(const View& view, const MediumDepths& depths, const BeamsOn& beams) {
-  for (std::size_t i = 0; i < depths.volumes(); ++i) {
-    volumes_.emplace_back();
+LightPilot::LightPilot(const View& view, const MediumDepths& depths, BeamsOn beams)
+    : depths_(depths), beams_(std::move(beams)) {
+  for (std::size_t i = 0; i < depths.volumes(); ++i)
     if (is_to_be_lit(view, i))
-      volumes_.back() = std::make_unique<VolumePilot>(seen_from(view, i), i, depths, beams);
-  }
+      volumes_.push_back(std::make_unique<Volume>(seen_from(view, i), i, depths, beams_));
 }
 
+LightPilot::~LightPilot() = default;
+
 LightError LightPilot::error(const Medium& lit) const {
-  return sum_of([&](const VolumePilot& pilot, std::size_t i) {
-    return pilot.error(i == 0 ? lit : lit.others[i - 1]);
+  return sum_of([&](const Volume& volume) {
+    return volume.error(volume.number == 0 ? lit : lit.others[volume.number - 1]);
   });
 }
 
 LightError LightPilot::error(const BeamsOn& beams) const {
-  return sum_of([&](const VolumePilot& pilot, std::size_t i) {
-    return pilot.error(LitLuminance(pilot.view(), beams(pilot.view(), i)));
+  return sum_of([&](const Volume& volume) {
+    const LitLuminance luminance(volume.view, beams(volume.view, volume.number));
+    return volume.error(volume.exact_light(luminance), [](const auto&) { return 1.0; });
+  });
+}
+
+LightError LightPilot::error(const LightMethod& method) const {
+  return sum_of([&](const Volume& volume) {
+    std::vector<Beam> beams = beams_(volume.view, volume.number);
+    set_method(beams, method);
+    return volume.error(LitLuminance(volume.view, beams)
+                            .medium(blocks_with(volume.voxels), depths_.at(volume.number)));
   });
 }
 
 double LightPilot::coverage() const {
   double sum = 0;
-  for (const auto& volume : volumes_)
-    if (volume) sum += volume->coverage();
+  for (const auto& volume : volumes_) sum += volume->coverage;
   return sum;
 }
 
-LightError LightPilot::sum_of(
-    const std::function<LightError(const VolumePilot& pilot, std::size_t volume)>& error) const {
+double LightPilot::mean_cells(double termination) const {
+  // A ray from a voxel towards a light is taken for one towards the camera that has evenly as many
+  // voxels as it crosses cells. A run of one value counts by its length.
+  const Volume& first = *volumes_.front();
+  const double stop = -std::log(termination), voxel = finest_voxel(*first.view.medium.density);
+  double sum = 0, weight = 0;
+  for (const std::vector<Crossed>& cells : first.cells) {
+    double count = 0, depth = 0;
+    for (const Crossed& cell : cells) {
+      count += std::max(1.0, (cell.back - cell.front) / voxel);
+      depth += cell.depth;
+    }
+    const double seen = depth > stop ? stop / depth : 1;
+    sum += count * count * (seen - seen * seen / 2);
+    weight += count;
+  }
+  return weight > 0 ? sum / weight : 1;
+}
+
+LightError LightPilot::sum_of(const std::function<LightError(const Volume& volume)>& error) const {
   LightError sum;
-  for (std::size_t i = 0; i < volumes_.size(); ++i) {
-    if (!volumes_[i]) continue;
-    const LightError own = error(*volumes_[i], i);
+  for (const auto& volume : volumes_) {
+    const LightError own = error(*volume);
     sum = {sum.rms + own.rms, std::max(sum.max, own.max)};
   }
   return sum;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "field/index_space.h"
 #include "march/light_lattice.h"
 
 namespace psivox {
@@ -41,15 +40,6 @@ constexpr double cell_cost = 5;
 /// spacings of 4 and 2 voxels, 19 at 1, 50 at 1/2.
 constexpr double output_cost = 3;
 
-/// The blocks that hold some voxels, each once.
-std::vector<glm::ivec3> blocks_with(std::span<const glm::ivec3> voxels) {
-  std::vector<glm::ivec3> blocks;
-  for (const glm::ivec3& voxel : voxels) blocks.push_back(voxel & ~7);
-  std::ranges::sort(blocks, comes_before);
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
-  return blocks;
-}
-
 /// Look-ups of a lattice for a voxel, for one beam.
 double lattice_look_ups(double spacing) {
   // two a slice of voxels; bricks at the rim are half empty, and a look-up's time each for the
@@ -60,20 +50,6 @@ double lattice_look_ups(double spacing) {
 
 }  // namespace
 
-void set_method(std::vector<Beam>& beams, const LightMethod& method) {
-  for (Beam& beam : beams) beam.method = method;
-}
-
-LightError LightTrials::miss(const LightMethod& method) const {
-  return pilot_.sum_of([&](const VolumePilot& pilot, std::size_t i) {
-    const View& view = pilot.view();
-    std::vector<Beam> beams = beams_(view, i);
-    set_method(beams, method);
-    return pilot.error(
-        LitLuminance(view, beams).medium(blocks_with(pilot.voxels()), depths_.at(i)));
-  });
-}
-
 std::pair<LightError, bool> LightTrials::expected(double spacing) const {
   const auto wider = tried_.lower_bound(spacing);
   const auto& [known, off] = wider == tried_.end() ? *tried_.rbegin() : *wider;
@@ -83,11 +59,11 @@ std::pair<LightError, bool> LightTrials::expected(double spacing) const {
 
 LightChoice LightTrials::best() {
   const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
-  if (!ray_look_ups_) ray_look_ups_ = cell_cost * pilot_.first().mean_cells(rays.termination);
-  if (tried_.empty()) learn(coarse, miss({.spacing = coarse}));
+  const double ray_look_ups = cell_cost * pilot_.mean_cells(rays.termination);
+  if (tried_.empty()) learn(coarse, pilot_.error(LightMethod{.spacing = coarse}));
   const auto directions = [&](double left) { return directions_ ? directions_->count(left) : 1; };
   LightChoice best{rays, directions(most(1))};
-  double least = best.count * (output_cost + *ray_look_ups_), left_for_count = most(1);
+  double least = best.count * (output_cost + ray_look_ups), left_for_count = most(1);
   for (double spacing = directions_ ? double(widest_spacing) : coarse; spacing >= finest;
        spacing = next_spacing(spacing)) {
     const auto [off, known] = expected(spacing);
@@ -113,7 +89,7 @@ LightChoice LightTrials::settled() {
   LightChoice choice = best();
   for (double at = choice.method.spacing; at > 0 && !tried_.contains(at);
        at = choice.method.spacing) {
-    learn(at, miss(choice.method));
+    learn(at, pilot_.error(choice.method));
     choice = best();
   }
   return choice;
@@ -140,7 +116,7 @@ int SkyTrial::count(double most) {
   return int(std::clamp(std::ceil(wanted), 8.0, double(most_sky_count)));
 }
 
-LightError SkyTrial::miss(int count) {
+LightError SkyTrial::miss(int count) const {
   if (many_ && count >= many_count) return *many_ * std::pow(double(many_count) / count, rate_);
   if (count >= few_count) return few_ * (double(few_count) / count);
   return pilot_.error(sky_of(count));

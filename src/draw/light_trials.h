@@ -1,7 +1,7 @@
 #pragma once
 
-#include <algorithm>
 #include <map>
+#include <optional>
 #include <utility>
 
 #include "draw/light_pilot.h"
@@ -12,8 +12,6 @@ namespace psivox {
 /// pilot is a sample.
 inline constexpr double light_safety = 0.8;
 
-void set_method(std::vector<Beam>& beams, const LightMethod& method);
-
 /// What a sky misses by the number of its directions. Over clouds and smoke the error falls as one
 /// over it (docs/notes/decisions.md), so that a trial with few tells how many a tolerance takes. Of
 /// fewer the error may be far larger, where few directions miss the phase function's peak.
@@ -22,7 +20,7 @@ class SkyTrial {
   SkyTrial(const View& view, const MediumDepths& depths);
   /// The number of directions that is expected to miss at most so much, and what it misses.
   int count(double most);
-  LightError miss(int count);
+  LightError miss(int count) const;
   /// LightPilot::coverage().
   double coverage() const { return pilot_.coverage(); }
   /// A count that was found, made larger if it is tried in vain.
@@ -49,19 +47,15 @@ struct LightChoice {
 /// and for the directions of a sky.
 class LightTrials {
  public:
-  /// `directions`: of beams that stand for a sky's, whose number is
-  /// chosen too; else null.
+  /// `directions`: of beams that stand for a sky's, whose number is chosen too; else null.
   LightTrials(const View& view, const MediumDepths& depths, BeamsOn beams, double rms,
               SkyTrial* directions = nullptr)
       : octaves_(view.scene.scatter_octaves),
-        depths_(depths),
-        beams_(std::move(beams)),
         rms_(rms),
         directions_(directions),
-        pilot_(view, depths, beams_) {}
+        pilot_(view, depths, std::move(beams)) {}
 
-  /// What `lit` misses, as estimated.
-  LightError miss(const Medium& lit) const { return pilot_.error(lit); }
+  const LightPilot& pilot() const { return pilot_; }
 
   /// The lattice and the directions that are expected to take the least time, or exact rays. The
   /// error of a lattice that was not tried is expected from another's.
@@ -74,7 +68,6 @@ class LightTrials {
   bool enough(double spacing) const { return tried_.at(spacing).rms <= most(spacing); }
 
  private:
-  LightError miss(const LightMethod& method) const;
   /// What a lattice may miss. Of one light, the errors of lattices wider than a voxel are larger in
   /// few pixels.
   double most(double spacing) const {
@@ -85,12 +78,9 @@ class LightTrials {
   std::pair<LightError, bool> expected(double spacing) const;
 
   int octaves_;
-  const MediumDepths& depths_;
-  BeamsOn beams_;
   double rms_;
   SkyTrial* directions_;
   std::map<double, LightError> tried_;  ///< by spacing
-  std::optional<double> ray_look_ups_;  ///< time of a ray from each voxel
   LightPilot pilot_;
 };
 

@@ -194,7 +194,7 @@ void Lighting::settle_lights(const View& view, const MediumDepths& depths, doubl
     const LightMethod method = trials.best().method;
     set_method(beams_, method);
     sum_up(view, depths, progress);
-    LightError off = trials.miss(*medium_);
+    LightError off = trials.pilot().error(*medium_);
     error_ = own ? own->error(*medium_) : off;
     if (method.spacing == 0) return;
     off.rms = std::max(off.rms, light_safety * error_.rms);

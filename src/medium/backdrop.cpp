@@ -23,34 +23,23 @@ Backdrop::Backdrop(const View& view) : size_(view.scene.resolution) {
     }
 }
 
-Backdrop Backdrop::in_parts(const glm::ivec2& size, const auto& add, const auto& of) const {
+Backdrop Backdrop::reduced(const glm::ivec2& size) const {
   Backdrop small = *this;
   small.size_ = size;
   if (pixels_.empty()) return small;
-  std::vector<glm::dvec3> sums(std::size_t(size.x) * std::size_t(size.y));
-  std::vector<double> counts(sums.size());
+  std::vector<glm::dvec3> squares(std::size_t(size.x) * std::size_t(size.y));
+  std::vector<double> counts(squares.size());
   for (std::size_t i = 0; i < pixels_.size(); ++i) {
     const glm::ivec2 pixel(int(i % std::size_t(size_.x)), int(i / std::size_t(size_.x)));
     const glm::ivec2 part = pixel * size / size_;
     const std::size_t at = std::size_t(part.y) * std::size_t(size.x) + std::size_t(part.x);
-    add(sums[at], glm::dvec3(pixels_[i]));
+    squares[at] += glm::dvec3(pixels_[i]) * glm::dvec3(pixels_[i]);
     ++counts[at];
   }
-  small.pixels_.resize(sums.size());
-  for (std::size_t i = 0; i < sums.size(); ++i) small.pixels_[i] = of(sums[i], counts[i]);
+  small.pixels_.resize(squares.size());
+  for (std::size_t i = 0; i < squares.size(); ++i)
+    small.pixels_[i] = glm::sqrt(squares[i] / counts[i]);
   return small;
-}
-
-Backdrop Backdrop::reduced(const glm::ivec2& size) const {
-  return in_parts(
-      size, [](glm::dvec3& sum, const glm::dvec3& radiance) { sum += radiance * radiance; },
-      [](const glm::dvec3& sum, double count) { return glm::sqrt(sum / count); });
-}
-
-Backdrop Backdrop::greatest_in_parts(const glm::ivec2& size) const {
-  return in_parts(
-      size, [](glm::dvec3& most, const glm::dvec3& radiance) { most = glm::max(most, radiance); },
-      [](const glm::dvec3& most, double) { return most; });
 }
 
 }  // namespace psivox

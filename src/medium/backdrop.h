@@ -19,8 +19,6 @@ class Backdrop {
   /// For a smaller picture of the same view: a pixel has the root mean square over those of this
   /// one for which it stands. A sun that lies between its pixels counts by its share of them.
   Backdrop reduced(const glm::ivec2& size) const;
-  /// The same with the greatest in place of the mean.
-  Backdrop greatest_in_parts(const glm::ivec2& size) const;
 
   /// Radiance by pixels; empty if it is the same behind all.
   const std::vector<glm::vec3>& pixels() const { return pixels_; }
@@ -36,9 +34,6 @@ class Backdrop {
   }
 
  private:
-  /// A smaller picture's: add(sum, radiance) for a part's pixels, and then of(sum, their number).
-  Backdrop in_parts(const glm::ivec2& size, const auto& add, const auto& of) const;
-
   glm::dvec3 color_{0};
   glm::ivec2 size_{0};
   std::vector<glm::vec3> pixels_;

@@ -110,10 +110,10 @@ double otsu_threshold(const Field& density) {
   std::array<double, bins> counts{};
   double stored = 0;
   const auto take = [&](float value, double voxels) {
-    if (std::isnan(value)) return;
+    stored += voxels;
+    if (std::isnan(value)) return;  // absent
     const double place = (double(value) - range.x) / (range.y - range.x) * bins;
     counts[std::size_t(std::clamp(place, 0.0, bins - 1.0))] += voxels;
-    stored += voxels;
   };
   for_active(density, [&](float value, std::uint64_t voxels) { take(value, double(voxels)); });
   // where nothing is stored the value is 0; no more of it than of all else, or it is all that

@@ -2,17 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <numeric>
-#include <optional>
 
 #include "atlas/brick_code.h"
-#include "base/statistics.h"
 #include "field/index_space.h"
-#include "march/march_double.h"
 #include "plan/brick_effects.h"
-#include "psivox/medium.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -35,9 +28,6 @@ constexpr int most_trials = 3;
 /// may (pilot_safety, worst_ray), and codes a little more.
 constexpr double coded_rms = 0.85, coded_ray = 4.5;
 
-/// Rays that are marched before what they show is looked at.
-constexpr std::size_t batch = 128;
-
 /// Codes are dropped if they take more than this part of the float32 texels' bytes. Beside light,
 /// codes slow the march, so there they must save more bytes.
 constexpr double worthwhile = 0.75, worthwhile_in_light = 0.55;
@@ -55,16 +45,12 @@ std::vector<double> effects_of_values(const PlannedMarch& planned, const MediumA
   const Medium& medium = planned.view.medium;
   const double scale = medium.extinction * finest_voxel(*medium.density);
   double brightness = greatest_of(medium.color);
-  if (medium.lit_colors) brightness *= double(greatest_of(*atlas.luminance));
-  std::optional<FunctionBends> bends;
-  if (medium.transfer) bends.emplace(*medium.transfer);
-  const std::vector<BrickStats>& bricks = atlas.density.bricks;
+  if (medium.lit_colors) brightness *= greatest_of(*atlas.luminance);
+  const FunctionBends bends(medium.transfer.get());
   std::vector<double> effects;
-  effects.reserve(bricks.size());
-  for (std::size_t i = 0; i < bricks.size(); ++i) {
-    const double min = bricks[i].min, max = bricks[i].max;
-    FunctionBend bend{.most = max};
-    if (bends) bend = bends->between(min, max);
+  for (std::size_t i = 0; i < planned.through.size(); ++i) {
+    const BrickStats& brick = atlas.density.bricks[i];
+    const FunctionBend bend = bends.between(double(brick.min), double(brick.max));
     double light = 0;
     if (medium.source == LuminanceSource::density) light = brightness;
     if (medium.source == LuminanceSource::transfer || medium.lit_colors)
@@ -73,36 +59,6 @@ std::vector<double> effects_of_values(const PlannedMarch& planned, const MediumA
                       std::min(1.0, scale * bend.most) * light);
   }
   return effects;
-}
-
-/// Errors of the pilot's rays by codes of an atlas, by all channels. It ends with the first batch
-/// in which a ray is beyond `most`.
-ErrorSum errors_by(const BrickCodes& codes, const MediumAtlas& atlas, const PlannedMarch& planned,
-                   double most, const Progress& progress) {
-  const Image& truth = planned.truth;
-  const std::size_t count = truth.pixels();
-  std::vector<glm::ivec2> pixels;
-  // a stride that has no divisor in common with the count, so that a batch is spread
-  std::size_t stride = std::max<std::size_t>(std::size_t(0.618 * double(count)), 1);
-  while (std::gcd(stride, count) != 1) ++stride;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t at = i * stride % count;
-    pixels.emplace_back(at % std::size_t(truth.width), at / std::size_t(truth.width));
-  }
-  const PixelMarch march(pilot_view(planned.view), atlas, planned.brick_steps, &codes);
-  std::vector<MarchedRay> rays(std::min(batch, count));
-  ErrorSum sum;
-  for (std::size_t first = 0; first < count && sum.max <= most; first += batch) {
-    const std::size_t some = std::min(batch, count - first);
-    const std::span<const glm::ivec2> these = std::span(pixels).subspan(first, some);
-    march.march(these, std::span(rays).first(some), progress);
-    for (std::size_t i = 0; i < some; ++i) {
-      const std::size_t at = truth.index(these[i].x, these[i].y);
-      const glm::dvec4 error = seen_error(truth, planned.behind, at, &rays[i].picture.x);
-      for (int c = 0; c < 4; ++c) sum.add(error[c], at);
-    }
-  }
-  return sum;
 }
 
 /// Whether the picture's march pays for the choice of codes, or the host's and the device's copies
@@ -116,7 +72,7 @@ bool are_worthwhile(const MarchPlan& plan, const Scene& scene, double bytes) {
 
 /// How much narrower the next trial's steps are: errors grow as the steps do, and those of the
 /// method and of codes add up as squares.
-double next_step(const ErrorSum& missed, double of_method, double most_rms, double most_ray) {
+double next_step(const RayErrors& missed, double of_method, double most_rms, double most_ray) {
   const auto square = [](double x) { return x * x; };
   const double of_codes = square(missed.rms()) - square(of_method);
   const double left = square(most_rms) - square(of_method);
@@ -134,41 +90,39 @@ bool may_be_coded(const View& view) {
 
 void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, bool fewest_bytes,
                   const Progress& progress) {
-  const View& view = plan.march->view;
+  const MethodView& method = *plan.march;
   const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
   const auto bytes =
       double(atlas.density.size.texel_bytes + (beside ? beside->size.texel_bytes : 0));
   if (!plan.reached || plan.rays == 0) return;
-  if (!fewest_bytes && !are_worthwhile(plan, view.scene, bytes)) return;
+  if (!fewest_bytes && !are_worthwhile(plan, method.view.scene, bytes)) return;
   const std::vector<double> effects = effects_of_values(*plan.march, atlas);
-  constexpr double any = std::numeric_limits<double>::infinity();
-  double brightness = greatest_of(view.medium.color);
-  if (view.medium.lit_colors) brightness *= greatest_of(view.medium.transfer->max_color(-any, any));
+  double brightness = greatest_of(method.view.medium.color);
+  if (method.view.medium.lit_colors) brightness *= greatest_of(*method.view.medium.transfer);
   brightness = std::max(brightness, 1e-30);
   const double most = bytes * (beside && !fewest_bytes ? worthwhile_in_light : worthwhile);
   const double most_rms = coded_rms * tolerance, most_ray = coded_ray * tolerance;
   double share = tolerance;
   for (int trial = 0; trial < most_trials; ++trial) {
     std::vector<float> steps;
-    steps.reserve(effects.size());
     for (const double effect : effects)
       steps.push_back(float(std::min(depth_step * share / effect, 1e30)));
     const CodeWidths widths =
         code_widths(atlas.density, steps, beside, float(light_step * share / brightness));
-    if (!widths) return;
-    if (double(coded_bytes(*widths, beside)) > most) return;
+    if (!widths || double(coded_bytes(*widths, beside)) > most) return;
     const BrickCodes codes = brick_codes(atlas.density, *widths, beside);
-    const ErrorSum missed = errors_by(codes, atlas, *plan.march, most_ray, progress);
-    if (!(missed.rms() <= most_rms && missed.max <= most_ray)) {  // or a ray is no number
-      share *= next_step(missed, plan.chosen.rms, most_rms, most_ray);
-      continue;
+    const RayErrors missed = plan.march->pilot->march(
+        method, atlas, progress, [&](const RayErrors& errors) { return errors.max <= most_ray; },
+        &codes);
+    if (missed.rms() <= most_rms && missed.max <= most_ray) {
+      PlannedMarch march = *plan.march;
+      march.code_widths = widths;
+      plan.march = std::make_shared<PlannedMarch>(std::move(march));
+      plan.chosen.rms = missed.rms();
+      plan.chosen.max = missed.max;
+      return;
     }
-    PlannedMarch march = *plan.march;
-    march.code_widths = widths;
-    plan.march = std::make_shared<PlannedMarch>(std::move(march));
-    plan.chosen.rms = missed.rms();
-    plan.chosen.max = missed.max;
-    return;
+    share *= next_step(missed, plan.chosen.rms, most_rms, most_ray);
   }
 }
 

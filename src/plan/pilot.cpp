@@ -1,11 +1,10 @@
 #include "plan/pilot.h"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/common.hpp>
+#include <limits>
 
-#include "march/light.h"
-#include "plan/plan.h"
+#include "plan/picture_error.h"
 
 namespace psivox {
 namespace {
@@ -18,6 +17,15 @@ constexpr double rays_share = 512;
 constexpr double fewest_rays = 800, most_rays = 1600;
 constexpr double small_share = 7, fewest_of_small = 400;
 
+/// Rays that are marched before what they miss is looked at. Then as many again are marched.
+constexpr std::size_t first_rays = 24;
+
+/// The truth's rays end at this fraction of the transmittance at which the picture's rays end.
+constexpr double truth_termination = 1.0 / 64;
+
+/// Radiance that is to be expected of a ray, relative to the brightest ray of the pilot.
+constexpr double brightness_share = 2;
+
 glm::ivec2 pilot_size(const glm::ivec2& picture) {
   const glm::dvec2 size(picture);
   const double pixels = size.x * size.y;
@@ -27,64 +35,18 @@ glm::ivec2 pilot_size(const glm::ivec2& picture) {
   return glm::min(picture, glm::ivec2(int(width), int(rays / width)));
 }
 
-/// The pixels of a picture, first those that a sequence of low discrepancy visits.
-std::vector<int> spread_evenly(const glm::ivec2& size) {
-  const std::size_t count = std::size_t(size.x) * std::size_t(size.y);
-  std::vector<int> order;
-  std::vector<bool> seen(count);
-  const auto see = [&](int pixel) {
-    if (seen[std::size_t(pixel)]) return;
-    seen[std::size_t(pixel)] = true;
-    order.push_back(pixel);
-  };
-  // powers of 1/p, where p^3 = p + 1: the plane's counterpart of the golden section
-  glm::dvec2 at(0.5);
-  for (std::size_t i = 0; i < 4 * count; ++i) {
-    const glm::ivec2 pixel = glm::min(glm::ivec2(at * glm::dvec2(size)), size - 1);
-    see(pixel.y * size.x + pixel.x);
-    at = glm::fract(at + glm::dvec2(0.7548776662466927, 0.5698402909980532));
-  }
-  for (int pixel = 0; pixel < int(count); ++pixel) see(pixel);
-  return order;
+/// The view by the truth's method: the exact one, or twice its segments where these miss something.
+View exactly(const View& view, double termination) {
+  Method method = exact_method(view);
+  if (view.medium.gradient) method.segments *= 2;
+  View exact = with_method(view, method);
+  *exact.scene.early_termination *= termination;
+  return exact;
 }
 
-bool depth_alone(const Medium& medium) {
-  return medium.source == LuminanceSource::constant && !medium.transfer && medium.emission.empty();
-}
-
-double cell_cost(const Medium& medium, bool paired) {
-  // the function's knots cut cells into pieces; one look-up may read the luminance too
-  if (medium.transfer) return paired ? 2.4 : 1.6;
-  if (!medium.emission.empty()) return 1.3;
-  return depth_alone(medium) ? 1.15 : 1;
-}
-
-/// Cost of a lit function's cell that is not cut at its knots: with one linear segment, and for
-/// each further one.
-constexpr double lit_segment_cost = 1.5, next_segment_cost = 0.65;
-
-/// Of a cell that is one voxel: one texel is read, and one value classified.
-constexpr double plain_voxel_cost = 0.75;
-
-/// End corrections always look up slopes, needed or not.
-constexpr double corrections_cost = 1.3;
-constexpr double brick_steps_cost = 1.4;
-
-double lattice_cost(const Method& method, const MethodView& marched) {
-  double cost = depth_alone(marched.view.medium) ? 1 : info(method.integrator).lattice_cost;
-  if (has_end_corrections(marched.view)) cost = corrections_cost;
-  return marched.brick_steps ? brick_steps_cost * cost : cost;
-}
+float radiance_of(const glm::vec4& rgba) { return std::max({rgba.x, rgba.y, rgba.z}); }
 
 }  // namespace
-
-glm::dvec4 seen_error(const Image& truth, const Backdrop& behind, std::size_t pixel,
-                      const float* rgba) {
-  glm::dvec4 difference;
-  for (int c = 0; c < 4; ++c)
-    difference[c] = double(rgba[c]) - double(truth.rgba()[4 * pixel + std::size_t(c)]);
-  return behind.seen(difference, pixel);
-}
 
 View pilot_view(const View& view) {
   // keeps the aspect ratio to a fraction of a pixel, and the rays' positions in their pixels
@@ -94,113 +56,85 @@ View pilot_view(const View& view) {
   return small;
 }
 
-Pilot::Pilot(const View& exact, const View& ended, const Backdrop& behind, const MediumAtlas& atlas,
-             const Progress& progress)
-    : atlas_(atlas) {
-  if (progress) progress_ = [progress](double) { progress(0); };
-  const glm::ivec2 size = pilot_size(exact.scene.resolution);
+Pilot::Pilot(const View& view, const Backdrop& behind, const MediumAtlas& atlas,
+             const Progress& progress) {
+  const glm::ivec2 size = pilot_size(view.scene.resolution);
   behind_ = behind.reduced(size);
-  order_ = spread_evenly(size);
-  const std::size_t count = order_.size();
+  pixels_ = spread_pixels(size, SIZE_MAX);
   truth_ = rgba_image(size.x, size.y);
-  exact_samples_.resize(count);
-  exact_errors_.resize(count);
+  exact_samples_.resize(pixels_.size());
+  exact_errors_.all_rays = pixels_.size();
 
-  std::vector<MarchedRay> rays(count), sooner(count);
-  const PixelMarch ending = march_of({ended, {}});
-  march_of({exact, {}}).march(pixels_of(order_), rays, progress_, &ending, sooner);
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto ray = std::size_t(order_[i]);
-    for (std::size_t c = 0; c < 4; ++c)
-      truth_.rgba()[4 * ray + c] = rays[i].picture[glm::length_t(c)];
-    exact_samples_[ray] = rays[i].samples;
-    exact_errors_[ray] = error_of(order_[i], sooner[i]);
-    all_samples_ += std::uint64_t(rays[i].samples);
+  const View truth = exactly(view, truth_termination);
+  std::vector<MarchedRay> rays(pixels_.size()), sooner(pixels_.size());
+  const PixelMarch ending(pilot_view(exactly(view, 1)), atlas);
+  PixelMarch(pilot_view(truth), atlas).march(pixels_, rays, progress, &ending, sooner);
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const std::size_t at = truth_.index(pixels_[i].x, pixels_[i].y);
+    std::copy_n(&rays[i].picture.x, 4, &truth_.rgba()[4 * at]);
+    exact_samples_[at] = rays[i].samples;
+    exact_errors_.all_exact += rays[i].samples;
   }
+  for (std::size_t i = 0; i < rays.size(); ++i) add(exact_errors_, pixels_[i], sooner[i]);
+  all_samples_ = std::uint64_t(exact_errors_.all_exact);
+
+  const std::vector<glm::ivec2> glowing = glowing_pixels(view, atlas);
+  rays.resize(glowing.size());
+  if (!glowing.empty()) PixelMarch(truth, atlas).march(glowing, rays, progress);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    if (double(radiance_of(rays[i].picture)) > brightest())
+      unmet_.push_back({glowing[i], rays[i].picture});
 }
 
 int Pilot::telling_rays() const {
-  const auto rgba = truth_.rgba();
-  int rays = 0;
-  for (std::size_t i = 0; i < rgba.size(); i += 4)
-    rays += std::any_of(&rgba[i], &rgba[i] + 4, [](float value) { return value != 0; });
-  return rays;
+  return int(std::ranges::count_if(pixels_, [&](const glm::ivec2& pixel) {
+    const float* rgba = &truth_.rgba()[4 * truth_.index(pixel.x, pixel.y)];
+    return std::any_of(rgba, rgba + 4, [](float value) { return value != 0; });
+  }));
 }
 
 double Pilot::brightest() const {
   const auto rgba = truth_.rgba();
-  double most = 0;
-  for (std::size_t i = 0; i < rgba.size(); ++i)
-    if (i % 4 != 3) most = std::max(most, double(rgba[i]));
-  return most;
+  float most = 0;
+  for (std::size_t i = 0; i < rgba.size(); i += 4)
+    most = std::max(most, radiance_of({rgba[i], rgba[i + 1], rgba[i + 2], 0}));
+  return brightness_share * double(most);
 }
 
-PixelMarch Pilot::march_of(const MethodView& marched) const {
-  return PixelMarch(pilot_view(marched.view), atlas_, marched.brick_steps);
+RayErrors Pilot::march(const MethodView& marched, const MediumAtlas& atlas,
+                       const Progress& progress, const GoOn& go_on, const BrickCodes* codes) {
+  const PixelMarch march(pilot_view(marched.view), atlas, marched.brick_steps, codes);
+  RayErrors errors{.all_rays = pixels_.size(), .all_exact = exact_errors_.all_exact};
+  std::vector<MarchedRay> rays(pixels_.size());
+  do {
+    const std::size_t some = std::min(std::max(first_rays, errors.rays), rays.size() - errors.rays);
+    const auto pixels = std::span(pixels_).subspan(errors.rays, some);
+    march.march(pixels, std::span(rays).first(some), progress);
+    for (std::size_t i = 0; i < some; ++i) {
+      add(errors, pixels[i], rays[i]);
+      all_samples_ += std::uint64_t(rays[i].samples);
+    }
+  } while (go_on(errors) && errors.rays < errors.all_rays);
+  // it shows soonest that the next method fails too
+  std::rotate(pixels_.begin(), pixels_.begin() + std::ptrdiff_t(errors.worst),
+              pixels_.begin() + std::ptrdiff_t(errors.worst) + 1);
+  return errors;
 }
 
-void Pilot::march(const PixelMarch& march, std::span<const int> rays, std::span<RayError> errors) {
-  std::vector<MarchedRay> marched(rays.size());
-  march.march(pixels_of(rays), marched, progress_);
-  for (std::size_t i = 0; i < rays.size(); ++i) {
-    errors[i] = error_of(rays[i], marched[i]);
-    all_samples_ += std::uint64_t(marched[i].samples);
-  }
-}
-
-std::vector<glm::ivec2> Pilot::pixels_of(std::span<const int> rays) const {
-  std::vector<glm::ivec2> pixels;
-  for (const int ray : rays) pixels.emplace_back(ray % truth_.width, ray / truth_.width);
-  return pixels;
-}
-
-RayError Pilot::error_of(int ray, const MarchedRay& marched) const {
-  RayError error{.samples = marched.samples};
-  const glm::dvec4 difference = seen_error(truth_, behind_, std::size_t(ray), &marched.picture.x);
+void Pilot::add(RayErrors& errors, const glm::ivec2& pixel, const MarchedRay& ray) const {
+  const std::size_t at = truth_.index(pixel.x, pixel.y);
+  ++errors.rays;
+  errors.samples += ray.samples;
+  errors.exact_samples += exact_samples_[at];
+  const glm::dvec4 difference = seen_error(truth_, behind_, at, &ray.picture.x);
   for (int c = 0; c < 4; ++c) {
     if (!std::isfinite(difference[c])) continue;  // the device's picture tells, see confirm()
-    error.squares += difference[c] * difference[c];
-    error.largest = std::max(error.largest, std::abs(difference[c]));
+    errors.squares += difference[c] * difference[c];
+    if (std::abs(difference[c]) > errors.max) {
+      errors.max = std::abs(difference[c]);
+      errors.worst = errors.rays - 1;
+    }
   }
-  return error;
-}
-
-View with_method(View view, const Method& method) {
-  view.scene = with_method(std::move(view.scene), method);
-  return view;
-}
-
-bool has_plain_voxels(const Medium& medium) {
-  return medium.nearest && medium.emission.empty() && medium.others.empty() &&
-         (!medium.luminance || medium.lit);
-}
-
-Method exact_method(const View& view) {
-  if (has_plain_voxels(view.medium)) return {.integrator = Integrator::midpoint, .segments = 1};
-  // with a gradient the attenuation along a cell is not a cubic
-  if (view.medium.gradient)
-    return {.integrator = Integrator::psi_exact, .segments = gradient_segments};
-  // a depth alone is Simpson's rule in a segment, unless the function has knots in it
-  if (!view.scene.composites() && !(view.scene.attenuates() && view.medium.transfer))
-    return {.integrator = Integrator::psi_weighted, .segments = 1};
-  return {.integrator = Integrator::cell_exact, .segments = 1};
-}
-
-Method lattice(const View& view, double step) {
-  const bool dark = view.medium.emission.empty();
-  return {.integrator = dark ? Integrator::psi_balanced : Integrator::midpoint,
-          .sampling = Sampling::uniform,
-          .step = step};
-}
-
-double look_up_cost(const Method& method, const MethodView& marched) {
-  if (method.sampling == Sampling::uniform) return lattice_cost(method, marched);
-  const Scene& scene = marched.view.scene;
-  if (has_plain_voxels(marched.view.medium)) return plain_voxel_cost;
-  if (marched.paired && marched.view.medium.transfer && !is_cell_rule(method.integrator) &&
-      !scene.split_knots)
-    return lit_segment_cost + next_segment_cost * (method.segments - 1);
-  return cell_cost(marched.view.medium, marched.paired) * std::max(1.0, method.segments / 2.0);
 }
 
 }  // namespace psivox

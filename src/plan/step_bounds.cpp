@@ -1,15 +1,13 @@
-#include "plan/trials.h"
+#include "plan/step_bounds.h"
 
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "field/index_space.h"
 #include "plan/brick_effects.h"
-#include "scene/transfer_function.h"
 
 namespace psivox {
 namespace {
@@ -18,12 +16,9 @@ namespace {
 constexpr double least_part = 1.0 / 4096;
 
 /// Number of kinks that one ray may meet in a brick with errors of the same sign, divided by the 8
-/// of h^2/8, which is what a trapezoid misses at one kink. From the pictures of
+/// of h^2/8, which is what a step misses at one kink. From the pictures of
 /// tools/bench/tolerance.py: the bound exceeds their largest errors.
 constexpr double kinks_share = 4.0 / 8;
-
-/// The same for emission, for which lattices use `midpoint`.
-constexpr double emission_kinks_share = 4.0 / 8;
 
 /// Most that a brick's values change along a unit of length of any direction [1/voxel].
 double greatest_slope(const float* values) {
@@ -41,34 +36,46 @@ double greatest_slope(const float* values) {
 
 }  // namespace
 
-StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, double brightest,
-                       std::span<const double> through)
-    : density_(atlas.density),
-      bounds_(atlas.density.bricks.size()),
-      complete_(atlas.density.bricks.size()) {
+std::vector<double> light_through(const View& view, const MediumAtlas& atlas,
+                                  const Backdrop& behind, std::span<const SeenPixel> seen) {
   const Medium& medium = view.medium;
-  const std::vector<BrickStats>& bricks = atlas.density.bricks;
+  double common = std::max({1.0, behind.greatest()});
+  for (const SeenPixel& pixel : seen)
+    common = std::max(common, greatest_of(glm::dvec3(pixel.picture)));
+  for (const Medium& other : medium.others) common = std::max(common, brightest_ray(other));
+  const double scale =
+      greatest_of(medium.color) * (atlas.luminance ? greatest_of(*atlas.luminance) : 1);
+  const bool colored = medium.source == LuminanceSource::transfer || medium.lit_colors;
+  std::vector<double> through;
+  for (const BrickStats& brick : atlas.density.bricks) {
+    double own = scale;
+    if (medium.source == LuminanceSource::density) own *= double(brick.max);
+    if (colored) own *= greatest_of(medium.transfer->max_color(brick.min, brick.max));
+    through.push_back(std::max(common, own + greatest_of(medium.ambient)));
+  }
+  return through;
+}
+
+StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, std::span<const double> through,
+                       double brightest)
+    : density_(atlas.density) {
+  const Medium& medium = view.medium;
   const double scale = medium.extinction * finest_voxel(*medium.density);
   kink_scale_ = scale * kinks_share;
-  const double floor = std::max(1.0, brightest);
-  std::optional<FunctionBends> bends;
-  if (medium.transfer) bends.emplace(*medium.transfer);
-  for (std::size_t i = 0; i < bricks.size(); ++i) {
-    const double min = bricks[i].min, max = bricks[i].max, range = max - min;
-    FunctionBend bend{1, 0, range};
-    if (bends) bend = bends->between(min, max);
+  const FunctionBends bends(medium.transfer.get());
+  for (const BrickStats& brick : atlas.density.bricks) {
+    FunctionBend bend = bends.between(double(brick.min), double(brick.max));
     // from a value to the vacuum of cells with absent corners, between two samples
-    if (bricks[i].absent) bend.range = std::max(bend.range, bends ? bend.most : max);
+    if (brick.absent) bend.range = std::max(bend.range, bend.most);
     if (medium.gradient) {
-      bend.range = medium.transfer->max_attenuation({min, max}, {0.0, 1e38});
+      bend.range = medium.transfer->max_attenuation({brick.min, brick.max}, {0.0, 1e38});
       bend.turn = 1e38;
     }
-    Bound& bound = bounds_[i];
-    bound.effect = std::max(floor, through[i]);
-    bound.first = scale * bend.range / 2;
-    bound.slope = bend.slope;
-    bound.turn = bend.turn;
-    bound.second = kink_scale_ * bend.slope * double(bricks[i].second_difference);
+    bounds_.push_back({.first = scale * bend.range / 2,
+                       .second = kink_scale_ * bend.slope * double(brick.second_difference),
+                       .light = std::max(through[bounds_.size()], brightest),
+                       .slope = bend.slope,
+                       .turn = bend.turn});
   }
   for (std::size_t i = 0; i < medium.emission.size(); ++i)
     bound_emission(medium, i, atlas.emission[i]);
@@ -85,8 +92,8 @@ void StepBounds::complete(const std::vector<bool>& wanted) {
     if (bound.turn > 0)
       steepest = std::min(steepest, greatest_slope(density_.texels.get() + i * brick_texels));
     bound.second = kink_scale_ * (bound.slope * double(kinks[i]) + bound.turn * steepest);
+    bound.complete = true;
   });
-  for (std::size_t i = 0; i < kinks.size(); ++i) complete_[i] = complete_[i] || wanted[i];
 }
 
 void StepBounds::bound_emission(const Medium& medium, std::size_t place,
@@ -102,7 +109,7 @@ void StepBounds::bound_emission(const Medium& medium, std::size_t place,
     const float* values = emission.texels.get() + i * stride;
     const auto [least, most] = std::minmax_element(values, values + stride);
     emission_.push_back(
-        {scale * double(*most - *least), scale * voxels * emission_kinks_share * double(kinks[i])});
+        {scale * double(*most - *least), scale * voxels * kinks_share * double(kinks[i])});
   }
 }
 
@@ -110,27 +117,24 @@ double StepBounds::Bound::step(double depth) const {
   return std::max(first > 0 ? depth / first : 1e30, second > 0 ? std::sqrt(depth / second) : 1e30);
 }
 
+double StepBounds::Bound::depth(double error) const {
+  // missing a depth d loses the fraction 1 - e^{-d} of the light there and behind it
+  return error < light ? -std::log1p(-error / light) : 1e30;
+}
+
 const std::vector<double>& StepBounds::steps(double error) {
   const auto [place, added] = steps_.try_emplace(error);
   std::vector<double>& steps = place->second;
   if (!added) return steps;
-  steps.reserve(bounds_.size());
   // the second order takes a while to find, and does not matter where the first decides
   std::vector<bool> wanted;
-  double effect = 0, depth = 0;
   for (const Bound& bound : bounds_) {
-    if (bound.effect != effect) {
-      // missing a depth d loses the fraction 1 - e^{-d} of the light there and behind it
-      effect = bound.effect;
-      const double share = error / effect;
-      depth = share < 1 ? -std::log1p(-share) : 1e30;
-    }
-    const double by_first = bound.first > 0 ? depth / bound.first : 1e30;
-    wanted.push_back(!complete_[steps.size()] && by_first < widest_step &&
-                     by_first < bound.step(depth));
-    steps.push_back(depth);
+    steps.push_back(bound.depth(error));
+    const double by_first = bound.first > 0 ? steps.back() / bound.first : 1e30;
+    wanted.push_back(!bound.complete && by_first < widest_step &&
+                     by_first < bound.step(steps.back()));
   }
-  if (std::find(wanted.begin(), wanted.end(), true) != wanted.end()) complete(wanted);
+  if (std::ranges::count(wanted, true) > 0) complete(wanted);
   for (std::size_t i = 0; i < bounds_.size(); ++i) steps[i] = bounds_[i].step(steps[i]);
   return steps;
 }
