@@ -160,10 +160,10 @@ class Session {
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});
 
-  /// What the device has of the grids with a texel type, or with a plan's codes, with their light
-  /// once that is computed. It stays until the next call. Throws what convert throws, and
-  /// Error(memory) if the volume must be drawn in parts.
-  const MediumAtlas& atlas(TexelType texel,
+  /// What the device has of the grids by a scene's method and texel type, or with a plan's codes,
+  /// with their light once that is computed. It stays until the next call. Throws Error(memory) if
+  /// the volume must be drawn in parts.
+  const MediumAtlas& atlas(const Scene& scene,
                            const std::shared_ptr<const std::vector<CodeWidth>>& codes = {});
 
   /// Draws. Throws Error(graphics), Error(memory), and what the wish's progress throws.

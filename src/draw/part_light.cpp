@@ -338,45 +338,53 @@ LightDepths PartMarcher::depths_by_lattices(const View& view) {
   };
 }
 
-ExactDepths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas) {
-  return [this, &view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
-    if (atlas) return march_double_light_depths(view, *atlas, beam, voxels);
-    if (team_.size() == 1) return reference_light_depths(view, beam, voxels);
-    std::vector<double> sums(voxels.size());
-    for (const Region& region : split_.own.all()) {
-      upload_dark(view, region.bricks);
-      const std::vector<double> depths = march_double_light_depths(view, dark_, beam, voxels);
-      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
-    }
-    team_.sum(std::span(sums));
-    return sums;
-  };
+std::vector<double> PartMarcher::exact_depths(const View& view, const Beam& beam,
+                                              std::span<const glm::ivec3> voxels) {
+  if (team_.size() == 1) return reference_light_depths(view, beam, voxels);
+  std::vector<double> sums(voxels.size());
+  for (const Region& region : split_.own.all()) {
+    upload_dark(view, region.bricks);
+    const std::vector<double> depths = march_double_light_depths(view, dark_, beam, voxels);
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
+  }
+  team_.sum(std::span(sums));
+  return sums;
 }
 
-CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
-  return [this, atlas](const View& view, std::span<const glm::dvec2> places) {
-    if (atlas) return crossed_cells(view, *atlas, places);
-    struct Sent {
-      std::uint32_t ray;
-      Crossed cell;
-    };
-    std::vector<Sent> own;
-    for (const Region& region : split_.own.all()) {
-      upload_dark(view, region.bricks);
-      const auto cells = crossed_cells(view, dark_, places);
-      for (std::size_t ray = 0; ray < cells.size(); ++ray)
-        for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
-    }
-    std::vector<std::vector<Crossed>> all(places.size());
-    for (const auto& some : team_.gather(own))
-      for (const Sent& sent : some) all[sent.ray].push_back(sent.cell);
-    for (std::vector<Crossed>& ray : all) std::ranges::sort(ray, std::less{}, &Crossed::front);
-    return all;
+std::vector<std::vector<Crossed>> PartMarcher::crossed(const View& view,
+                                                       std::span<const glm::dvec2> places) {
+  struct Sent {
+    std::uint32_t ray;
+    Crossed cell;
   };
+  std::vector<Sent> own;
+  for (const Region& region : split_.own.all()) {
+    upload_dark(view, region.bricks);
+    const auto cells = crossed_cells(view, dark_, places);
+    for (std::size_t ray = 0; ray < cells.size(); ++ray)
+      for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
+  }
+  std::vector<std::vector<Crossed>> all(places.size());
+  for (const auto& some : team_.gather(own))
+    for (const Sent& sent : some) all[sent.ray].push_back(sent.cell);
+  for (std::vector<Crossed>& ray : all) std::ranges::sort(ray, std::less{}, &Crossed::front);
+  return all;
 }
 
-LightShare PartMarcher::light_share() const {
-  return {&team_, voxels_of(split_.parts.all()[std::size_t(team_.rank())].bricks)};
+LightSource PartMarcher::light_source(const MediumAtlas* whole) {
+  const Box own = split_.parts.all()[std::size_t(team_.rank())].bricks;
+  return {[this](const View& view) { return light_depths(view); },
+          [this, whole](const View& view) -> ExactDepths {
+            return [this, &view, whole](const Beam& beam, std::span<const glm::ivec3> voxels) {
+              return whole ? march_double_light_depths(view, *whole, beam, voxels)
+                           : exact_depths(view, beam, voxels);
+            };
+          },
+          [this, whole](const View& view, std::span<const glm::dvec2> places) {
+            return whole ? crossed_cells(view, *whole, places) : crossed(view, places);
+          },
+          whole,
+          {&team_, voxels_of(own)}};
 }
 
 }  // namespace psivox

@@ -65,13 +65,8 @@ class PartMarcher {
 
   /// Optical depths towards light. All members must ask for them together, each for its own voxels.
   LightDepths light_depths(const View& view);
-  /// Exact depths from some voxels, the same in all members. `atlas` is the whole's, if it is
-  /// there.
-  ExactDepths exact_depths(const View& view, const MediumAtlas* atlas);
-  /// What rays cross of the whole, the same in all members.
-  CrossedCells crossed(const MediumAtlas* atlas);
-  /// What this member has of the medium.
-  LightShare light_share() const;
+  /// Where light comes from. `whole`: the whole's atlas, if it is there.
+  LightSource light_source(const MediumAtlas* whole);
 
  private:
   /// Adds what the rays collect in this member's regions.
@@ -81,6 +76,11 @@ class PartMarcher {
   void carry_together(CarriedLight& light, const View& view, const RenderOptions& options,
                       RenderStats& stats);
 
+  /// Exact depths from some voxels, the same in all members.
+  std::vector<double> exact_depths(const View& view, const Beam& beam,
+                                   std::span<const glm::ivec3> voxels);
+  /// What rays cross of the whole, the same in all members.
+  std::vector<std::vector<Crossed>> crossed(const View& view, std::span<const glm::dvec2> places);
   LightDepths depths_by_rays(const View& view);
   LightDepths depths_by_lattices(const View& view);
   /// Sums of exact depths over this member's regions, 512 a block.

@@ -53,6 +53,18 @@ std::string table_notice(const View& view) {
       bound);
 }
 
+/// The deep picture of a view whose light is computed, on the CPU, by exact cells, whatever its
+/// method.
+RenderResult deep_picture(const View& view, const MediumAtlas& atlas, const Progress& progress) {
+  const double tolerance = view.scene.tolerance.value_or(default_tolerance);
+  constexpr double behind = 1.0 / 64;  // of the tolerance: what a ray leaves out where it ends
+  View exact = exact_view(view);
+  exact.scene.early_termination = behind * tolerance / std::max(1.0, brightest_ray(view.medium));
+  const double of_light = view.medium.lit ? light_share(view.scene) : 0;
+  const double rest = std::sqrt(1 - of_light * of_light) - behind;
+  return render_deep(exact, atlas, rest * tolerance, progress);
+}
+
 }  // namespace
 
 MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish,
@@ -102,11 +114,13 @@ bool Picture::confirms() const {
   return plan_ && plan_->rays > 0 && wish_.confirm && marcher_.marcher().rounds();
 }
 
-void Picture::march() {
+void Picture::march(const std::shared_ptr<const MediumAtlas>& grids) {
   RenderOptions wanted = options();
   if (confirms()) wanted.pilot = pilot_view(marched());
+  if (grids && !wish_.layers.deep) marcher_.marcher().hold(grids, view_.scene.filter);
   RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, wanted)
-                                                        : marcher_.render(marched(), wanted);
+                        : wish_.layers.deep ? deep_picture(view_, *grids, wanted.progress)
+                                            : marcher_.render(marched(), wanted);
   drawn_.image = std::move(result.image);
   pilot_ = std::move(result.pilot);
   drawn_.stats = std::move(result.stats);
@@ -168,14 +182,24 @@ void Picture::add_bound(const Medium& medium) {
   drawn_.bound = *std::ranges::max_element(drawn_.image.layers.back().values);
 }
 
-Drawn Picture::finish() {
+void Picture::finish() {
   // Counting adds layers; keep only those asked for.
   std::erase_if(drawn_.image.layers, [&](const Layer& layer) {
     return !layer.name.empty() && !wish_.layers.has(layer.name);
   });
   drawn_.scene = view_.scene;
   drawn_.plan = std::move(plan_);
-  return std::move(drawn_);
+  const Scene& scene = view_.scene;
+  const auto say = [&](std::string notice) { drawn_.notices.push_back(std::move(notice)); };
+  if (!marcher_.marcher().marches() && scene.tolerance)
+    say("--renderer reference ignores --tolerance");
+  if (scene.shows(Shows::surface) && (scene.sky || !scene.environment.empty()))
+    say(std::string(scene.sky ? "--sky does" : "--environment does") + " not light an isosurface" +
+        (scene.given.contains("light") ? "" : "; --light X,Y,Z does"));
+  const std::size_t regions = marcher_.split().own.count();
+  if (!marcher_.whole() && marcher_.team().size() == 1)
+    say("the volume is drawn in " + std::to_string(regions) + (regions == 1 ? " part" : " parts") +
+        ", so that its atlas keeps within the memory");
 }
 
 void check_deep(const Scene& scene, const PartMarcher& parts) {
@@ -184,21 +208,6 @@ void check_deep(const Scene& scene, const PartMarcher& parts) {
   if (!parts.whole())
     throw Error(ExitCode::memory,
                 "--aov deep needs the whole volume in one part; give a larger --memory-limit");
-}
-
-Drawn deep_picture(const View& view, const MediumAtlas& atlas, double share_of_light,
-                   const Progress& progress) {
-  const double tolerance = view.scene.tolerance.value_or(default_tolerance);
-  constexpr double behind = 1.0 / 64;  // of the tolerance: what a ray leaves out where it ends
-  View exact = exact_view(view);
-  exact.scene.early_termination = behind * tolerance / std::max(1.0, brightest_ray(view.medium));
-  const double rest = std::sqrt(1 - share_of_light * share_of_light) - behind;
-  RenderResult result = render_deep(exact, atlas, rest * tolerance, progress);
-  Drawn drawn;
-  drawn.image = std::move(result.image);
-  drawn.stats = std::move(result.stats);
-  drawn.scene = view.scene;
-  return drawn;
 }
 
 std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,

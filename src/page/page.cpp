@@ -207,8 +207,12 @@ void check_page(Session& session, const PageOptions& options) {
     throw Error(ExitCode::usage, obstacle);
   if (session.view().scene.shows(Shows::plane)) return;  // its bricks are few
   double bytes = 0, least = 0;
-  const auto textures = [&](TexelType texel) { return gl::web_textures(session.atlas(texel)); };
   const View& view = session.view();
+  const auto textures = [&](TexelType texel) {
+    Scene scene = view.scene;
+    scene.texel = texel;
+    return gl::web_textures(session.atlas(scene));
+  };
   for (const gl::WebTexture& texture : textures(view.scene.texel))
     for (const gl::WebNumbers& some : texture.channels) bytes += double(some.bytes.size());
   if (bytes < options.limit_mb * megabyte) return;  // it will be smaller
@@ -231,7 +235,7 @@ std::string page_text(Session& session, const Drawn& drawn, const PageOptions& o
   gl::WebMarch march;
   const std::optional<MediumAtlas> sliced = slice_atlas(view);
   const MediumAtlas& atlas =
-      sliced ? *sliced : session.atlas(view.scene.texel, planned ? planned->code_widths : nullptr);
+      sliced ? *sliced : session.atlas(view.scene, planned ? planned->code_widths : nullptr);
   make_web_march(view, atlas, planned ? planned->brick_steps : nullptr,
                  layer_obstacle("depth", view.scene).empty(), march);
   std::string data =
