@@ -77,13 +77,6 @@ double light_share(const Scene& scene) {
   return scene.sky || !scene.environment.empty() ? 0.85 : 0.5;
 }
 
-View Lighting::seen(const View& wanted) const {
-  View view = view_;
-  view.camera = wanted.camera;
-  view.scene.resolution = wanted.scene.resolution;
-  return view;
-}
-
 View Lighting::typical_view(const View& view) const {
   if (LitLuminance(view, light_beams(view)).sees_camera()) return view;
   View typical = view;
@@ -96,9 +89,8 @@ DrawnLight Lighting::description() const {
   return {light_method_text(beams_.front().method), int(beams_.size()), error_.rms, error_.max};
 }
 
-bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed need) {
+bool Lighting::serves(const View& view, const LightSource& source, LightNeed need) {
   if (!medium_) return false;
-  const View view = seen(wanted);
   const std::vector<Beam> lights = light_beams(view);
   if (!same_light(lights, {beams_.begin(), beams_.begin() + std::ptrdiff_t(lights.size())}))
     return false;
@@ -117,17 +109,17 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   return error_.rms <= need.rms;
 }
 
-void Lighting::compute(const View& wanted, const LightSource& source, LightNeed need,
-                       const Progress& progress) {
-  Lighting next = *this;  // `progress` may throw
-  next.replace(wanted, source, need, progress);
+void Lighting::compute(const View& view, const Box& bricks, const LightSource& source,
+                       LightNeed need, const Progress& progress) {
+  Lighting next;  // `progress` may throw
+  next.blocks_ = blocks_of(view, source.atlas, bricks);
+  next.replace(view, source, need, progress);
   *this = std::move(next);
 }
 
-Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas,
+Medium Lighting::exact_medium(const View& view, const MediumAtlas& atlas,
                               std::span<const WorldRay> rays, const Progress& progress) const {
   if (medium_ && std::all_of(beams_.begin(), beams_.end(), exact)) return *medium_;
-  const View view = seen(wanted);
   const VolumeDepths depths(view, &atlas);
   const auto crossed = blocks_along(*view.medium.density, rays);
   return lit(
@@ -136,15 +128,11 @@ Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas,
       .medium;
 }
 
-void Lighting::replace(const View& wanted, const LightSource& source, LightNeed need,
+void Lighting::replace(const View& view, const LightSource& source, LightNeed need,
                        const Progress& progress) {
-  const View view = seen(wanted);
-  if (blocks_.empty()) blocks_ = blocks_of(view, source.atlas, bricks_);
   const MediumDepths depths(view, source);
   camera_ = view.camera;
   beams_ = light_beams(view);
-  sky_error_ = error_ = {};
-  sky_coverage_ = 0;
   coarse_ = !need.exact && need.rms == 0;
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);

@@ -19,6 +19,7 @@ struct Split {
   bool whole = true;               ///< one process draws it as one region, whose atlas may be kept
   Regions parts = Regions({}, 1);  ///< one for each member
   Regions own = Regions({}, 1);    ///< this member's part
+  Box lit = everywhere;  ///< bricks that it lights, alone in memory: its part and what rays read
 };
 
 /// How often the texels of an atlas are in memory while a picture is drawn.
@@ -59,6 +60,8 @@ class PartMarcher {
   Marcher& marcher() const { return marcher_; }
   Team& team() const { return team_; }
   const Split& split() const { return split_; }
+  /// The bricks of this member's part.
+  Box own_part() const { return split_.parts.all()[std::size_t(team_.rank())].bricks; }
 
   /// The picture is the first member's; the others get an empty one.
   RenderResult render(const View& view, const RenderOptions& options = {});
@@ -81,6 +84,9 @@ class PartMarcher {
                                    std::span<const glm::ivec3> voxels);
   /// What rays cross of the whole, the same in all members.
   std::vector<std::vector<Crossed>> crossed(const View& view, std::span<const glm::dvec2> places);
+  class Lattices;
+  /// Bricks of a layer that lattices pass: as many as in a region, if there are several.
+  std::size_t layer_bricks() const;
   LightDepths depths_by_rays(const View& view);
   LightDepths depths_by_lattices(const View& view);
   /// Sums of exact depths over this member's regions, 512 a block.

@@ -18,19 +18,6 @@
 namespace psivox {
 namespace {
 
-/// The camera whose only pixel has this ray at its centre and the pixel width of `camera`.
-Camera along(const WorldRay& ray, const Camera& camera, const glm::ivec2& resolution) {
-  Camera narrow = camera;
-  narrow.position = ray.origin;
-  narrow.forward = ray.direction;
-  narrow.target = ray.origin + ray.direction;
-  narrow.right = glm::normalize(glm::cross(ray.direction, camera.up));
-  narrow.up = glm::cross(narrow.right, ray.direction);
-  narrow.half_width = camera.half_width / resolution.x;
-  narrow.half_height = narrow.half_width;
-  return narrow;
-}
-
 /// Why the error is above the tolerance although the march is not expected to miss it.
 std::string cause(const View& view, bool of_light) {
   if (const std::string lost = why_lost(view); !lost.empty()) return ": " + lost;
@@ -66,29 +53,6 @@ RenderResult deep_picture(const View& view, const MediumAtlas& atlas, const Prog
 }
 
 }  // namespace
-
-MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish,
-                       const MediumAtlas* grids, const LightError& missed) {
-  const Progress progress = of_stage(wish.progress, Stage::choosing);
-  MarchPlan result;
-  if (!grids) {
-    View agreed = marched;  // each member has the light of its own part
-    agreed.medium.brightest = std::ranges::max(parts.team().gather(marched.medium.brightest));
-    result = exact_plan(agreed);
-  } else {
-    View with_rest = marched;
-    double& rest = *with_rest.scene.tolerance;
-    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
-    result = plan_march(with_rest, *grids, progress);
-    if (may_be_coded(marched)) choose_codes(result, *grids, rest, wish.fewest_bytes, progress);
-  }
-  result.light_rms = missed.rms;
-  result.light_max = missed.max;
-  const LightError all = sum({result.chosen.rms, result.chosen.max}, missed);
-  result.chosen.rms = all.rms;
-  result.chosen.max = all.max;
-  return result;
-}
 
 Picture::Picture(PartMarcher& marcher, const View& view, const Wish& wish,
                  std::optional<MarchPlan> plan)
@@ -187,7 +151,7 @@ void Picture::finish() {
   std::erase_if(drawn_.image.layers, [&](const Layer& layer) {
     return !layer.name.empty() && !wish_.layers.has(layer.name);
   });
-  drawn_.scene = view_.scene;
+  drawn_.view = view_;
   drawn_.plan = std::move(plan_);
   const Scene& scene = view_.scene;
   const auto say = [&](std::string notice) { drawn_.notices.push_back(std::move(notice)); };
@@ -212,15 +176,18 @@ void check_deep(const Scene& scene, const PartMarcher& parts) {
 
 std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,
                                      const glm::dvec2& pixel) {
-  const WorldRay ray = camera_ray(view.camera, view.scene.resolution, pixel.x, pixel.y);
   View one = view;
-  one.camera = along(ray, view.camera, view.scene.resolution);
-  one.scene.resolution = {1, 1};
   one.scene.pixel_samples = 1;
   one.scene.mode = from_front(one.scene.mode);
-  const Image image = render_march_double(one, atlas, {.depth = true}).image;
+  const glm::dvec2 corner = glm::floor(pixel);
+  const Image image = render_march_double(one, atlas,
+                                          {.depth = true,
+                                           .place = pixel - corner,
+                                           .pixels = PixelBox{glm::ivec2(corner), glm::ivec2(1)}})
+                          .image;
   const double depth = image.layers.back().values.front();
   if (!std::isfinite(depth)) return {};
+  const WorldRay ray = camera_ray(view.camera, view.scene.resolution, pixel.x, pixel.y);
   return ray.origin + depth * ray.direction;
 }
 

@@ -10,11 +10,6 @@ Progress of_stage(const StageProgress& progress, Stage stage);
 /// Tells that a stage begins.
 void enter(const StageProgress& progress, Stage stage);
 
-/// Chooses the march for the tolerance of the view. `grids`: of the whole, unless it is drawn in
-/// parts. `missed`: the error of the light, which has its share.
-MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish,
-                       const MediumAtlas* grids, const LightError& missed);
-
 /// The last stages of a picture: the march, and what checks it.
 class Picture {
  public:

@@ -1,6 +1,7 @@
 #include "psivox/draw.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "base/stopwatch.h"
@@ -33,34 +34,29 @@
 
 namespace psivox {
 struct Session::Impl {
-  Impl(View given, bool for_one_picture)
-      : view(std::move(given)), dark(view.medium), is_for_one(for_one_picture) {
+  Impl(View given, bool for_one_picture) : view(std::move(given)), is_for_one(for_one_picture) {
     if (!view.scene.environment.empty())
       view.environment = std::make_shared<const Environment>(read_environment(view.scene));
   }
 
-  View in_dark(View of) const {
-    of.medium = dark;
-    return of;
-  }
-
   // --- the stages
-  /// The view that a wish asks for, with the light that is there. `stands`: what is kept is enough
-  /// to draw it, without the values that were taken.
+  /// The view that a wish asks for, without light. `stands`: what is kept is enough to draw it,
+  /// without the values that were taken.
   View viewed(const Wish& wish, bool stands = false);
   /// The marcher over the parts that the volume must be drawn in.
   PartMarcher split(Marcher& marcher, const View& wanted, const Wish& wish);
   /// The whole's bricks without light, for a scene's method.
   std::shared_ptr<MediumAtlas> bricks(const Scene& scene);
-  /// Gives a view its medium, in light that meets the need. Makes the bricks of a whole.
+  /// Gives a view the medium in light that meets the need. Makes the bricks of a whole.
   void light(PartMarcher& parts, View& wanted, LightNeed need, const StageProgress& progress);
-  Lighting& light_of_dark() {
-    if (!lighting) lighting.emplace(in_dark(view));
-    return *lighting;
-  }
+  /// The medium with the light that is there.
+  Medium& medium() { return lighting.medium() ? *lighting.medium() : view.medium; }
+  /// The density in some bricks alone, in memory.
+  std::shared_ptr<const Field> part(const Box& bricks);
   /// The whole's bricks with their light.
   std::shared_ptr<MediumAtlas> lit_bricks(const Scene& scene);
-  MarchPlan plan(PartMarcher& parts, const View& lit, const Wish& wish);
+  /// The march of a view within its tolerance.
+  MarchPlan plan(PartMarcher& parts, View marched, const Wish& wish);
   /// What a device stores of the whole: codes of these widths, codes of the scene's texel type, or
   /// the bricks.
   std::shared_ptr<const MediumAtlas> stored(const Scene& scene, const CodeWidths& codes = {});
@@ -83,8 +79,6 @@ struct Session::Impl {
   }
   /// Forgets what all stages have made.
   void start_over();
-  /// Keeps some bricks of the density alone, in memory, and lights these.
-  void keep_alone(const Box& bricks);
   /// Bricks or codes of the whole; null: there are none.
   const MediumAtlas* kept() const;
   /// Whether the volume is drawn whole.
@@ -95,17 +89,13 @@ struct Session::Impl {
   /// Draws in parts, after the device was too small for the whole.
   Drawn draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
-  View view;    ///< with its light, once that is computed
-  Medium dark;  ///< the view's without its light
+  View view;
   NamedHoldout holdout;
-  Box held = everywhere;  ///< bricks of the density that are kept
-  Kept<bool, MediumAtlas> dark_bricks;
-  std::optional<Lighting> lighting;      ///< of a medium that a light shines on
-  LightError light_error;                ///< of the light that is there
-  std::optional<DrawnLight> light_text;  ///< its description
-  int lights = 0;                        ///< that were computed
-  Kept<std::pair<bool, int>, MediumAtlas> lit;
-  Kept<std::vector<CodeWidth>, MediumAtlas> codes;  ///< of the bricks made last
+  Kept<bool, MediumAtlas> kept_bricks;
+  Kept<Box, Field> kept_part;  ///< the density in a member's own bricks
+  Lighting lighting;
+  Kept<bool, MediumAtlas> kept_lit;                      ///< in the light that is there
+  Kept<std::vector<CodeWidth>, MediumAtlas> kept_codes;  ///< of the bricks made last
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
   const bool is_for_one;               ///< the session draws one picture
   bool takes = false;                  ///< stages take the memory of what they are made from
@@ -132,29 +122,25 @@ PartMarcher Session::Impl::split(Marcher& marcher, const View& wanted, const Wis
   Split split;
   if (wish.team->size() > 1 || (marches && !kept()))
     wish.team->agree([&] {
-      const View unlit = in_dark(wanted);
-      const Copies copies = memory_limit ? Copies{} : copies_of(marcher, unlit, may_take(wish));
-      split = split_of(unlit, wish, copies, memory_limit);
-      if (wish.team->size() == 1 || !dark.light) return;
-      const Box own = split.parts.all()[std::size_t(wish.team->rank())].bricks;
-      const glm::ivec3 ghost = region_ghost(unlit);
-      keep_alone({own.min - ghost, own.max + ghost});
+      const Copies copies = memory_limit ? Copies{} : copies_of(marcher, wanted, may_take(wish));
+      split = split_of(wanted, wish, copies, memory_limit);
     });
   takes = may_take(wish) && marches && split.whole;
   return {marcher, std::move(split), *wish.team};
 }
 
 std::shared_ptr<MediumAtlas> Session::Impl::bricks(const Scene& scene) {
-  return dark_bricks.of(needs_every_value(scene), [&] {
+  return kept_bricks.of(needs_every_value(scene), [&] {
     need_values();
-    codes.forget();
+    kept_codes.forget();
     const Stopwatch watch;
+    const auto& medium = view.medium;
     std::optional<Field> density;
-    if (!dark.light && std::ranges::count(fields_of(dark), dark.density.get()) == 1)
+    if (!medium.light && std::ranges::count(fields_of(medium), medium.density.get()) == 1)
       density = taken(&Medium::density);
-    View unlit = in_dark(view);
-    unlit.scene = scene;
-    MediumAtlas made = build_medium_atlas(unlit, std::move(density));
+    View by_scene = view;
+    by_scene.scene = scene;
+    MediumAtlas made = build_medium_atlas(by_scene, std::move(density));
     times.atlas_ms += watch.ms();
     return made;
   });
@@ -164,29 +150,26 @@ void Session::Impl::light(PartMarcher& parts, View& wanted, LightNeed need,
                           const StageProgress& progress) {
   wanted.medium = {};  // keeps no light that is to be replaced, and no values that are taken
   const auto whole = parts.marches_whole() ? bricks(wanted.scene) : nullptr;
-  if (dark.light) {
+  if (view.medium.light) {
     const Stopwatch watch;
     bool serves = false;
     parts.team().agree([&] {
+      View dark = view;
+      dark.camera = wanted.camera;
+      dark.scene.resolution = wanted.scene.resolution;
+      const Box& box = parts.split().lit;
+      if (box != everywhere) dark.medium.density = part(box);
       const LightSource source = parts.light_source(whole.get());
-      serves = light_of_dark().serves(wanted, source, need);
+      serves = lighting.serves(dark, source, need);
       if (serves) return;
-      if (whole) {
+      kept_lit.forget();
+      kept_codes.forget();
+      if (whole)
         parts.marcher().hold(whole, Filter::exact);
-      } else {  // the light that is there may be half of what the memory holds
-        view.medium = lighting->dark();
-        lighting->forget();
-      }
-      lighting->compute(wanted, source, need, of_stage(progress, Stage::lighting));
+      else
+        lighting.forget();  // it may be half of what the memory holds
+      lighting.compute(dark, box, source, need, of_stage(progress, Stage::lighting));
     });
-    light_error = lighting->error();
-    light_text = lighting->description();
-    if (!serves) {
-      view.medium = lighting->medium();
-      codes.forget();
-      ++lights;
-      if (takes) lighting.reset();
-    }
     if (whole) lit_bricks(wanted.scene);
     if (!serves) {
       times.light_ms += watch.ms();
@@ -194,26 +177,55 @@ void Session::Impl::light(PartMarcher& parts, View& wanted, LightNeed need,
     }
   }
   taken(&Medium::luminance);
-  wanted.medium = view.medium;
+  wanted.medium = medium();
 }
 
-std::shared_ptr<MediumAtlas> Session::Impl::lit_bricks(const Scene& scene) {
-  if (lights == 0) return bricks(scene);
-  return lit.of({needs_every_value(scene), lights}, [&] {
-    const auto unlit = bricks(scene);
-    if (takes) dark_bricks.forget();
-    taken(&Medium::density);
-    MediumAtlas made = takes ? std::move(*unlit) : *unlit;
-    add_luminance(made, view, taken(&Medium::luminance));
+std::shared_ptr<const Field> Session::Impl::part(const Box& bricks) {
+  return kept_part.of(bricks, [&] {
+    lighting.forget();
+    const Field& density = *view.medium.density;
+    Field made = field_of_bricks(density, bricks, density_options(view).with_margin);
+    made.stored_range = glm::vec2(stored_range(density));
     return made;
   });
 }
 
-MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wish& wish) {
-  enter(wish.progress, Stage::choosing);
+std::shared_ptr<MediumAtlas> Session::Impl::lit_bricks(const Scene& scene) {
+  if (!lighting.medium()) return bricks(scene);
+  return kept_lit.of(needs_every_value(scene), [&] {
+    const auto unlit = bricks(scene);
+    if (takes) kept_bricks.forget();
+    taken(&Medium::density);
+    std::optional<Field> luminance = taken(&Medium::luminance);
+    View lit = view;
+    lit.medium = medium();
+    MediumAtlas made = takes ? std::move(*unlit) : *unlit;
+    add_luminance(made, lit, std::move(luminance));
+    return made;
+  });
+}
+
+MarchPlan Session::Impl::plan(PartMarcher& parts, View marched, const Wish& wish) {
   const auto grids = parts.whole() ? lit_bricks(marched.scene) : nullptr;
+  enter(wish.progress, Stage::choosing);
+  const Progress progress = of_stage(wish.progress, Stage::choosing);
+  const LightError missed = lighting.error();
   const Stopwatch watch;
-  MarchPlan result = choose_march(parts, marched, wish, grids.get(), light_error);
+  MarchPlan result;
+  if (grids) {
+    double& rest = *marched.scene.tolerance;  // light has its share
+    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
+    result = plan_march(marched, *grids, progress);
+    if (may_be_coded(marched)) choose_codes(result, *grids, rest, wish.fewest_bytes, progress);
+  } else {  // each member has the light of its own part
+    marched.medium.brightest = std::ranges::max(parts.team().gather(marched.medium.brightest));
+    result = exact_plan(marched);
+  }
+  result.light_rms = missed.rms;
+  result.light_max = missed.max;
+  const LightError all = sum({result.chosen.rms, result.chosen.max}, missed);
+  result.chosen.rms = all.rms;
+  result.chosen.max = all.max;
   times.plan_ms += watch.ms();
   times.plan_cpu_ms += watch.cpu_ms();
   return result;
@@ -221,11 +233,11 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, const View& marched, const Wis
 
 std::shared_ptr<const MediumAtlas> Session::Impl::stored(const Scene& scene,
                                                          const CodeWidths& planned) {
-  const CodeWidths widths = planned ? planned : fixed_widths(*lit_bricks(scene), scene.texel);
-  if (!widths) return lit_bricks(scene);
-  return codes.of(*widths, [&] {
-    const auto grids = lit_bricks(scene);
-    if (takes) dark_bricks.forget(), lit.forget();
+  const auto grids = lit_bricks(scene);
+  const CodeWidths widths = planned ? planned : fixed_widths(*grids, scene.texel);
+  if (!widths) return grids;
+  return kept_codes.of(*widths, [&] {
+    if (takes) kept_bricks.forget(), kept_lit.forget();
     const Stopwatch watch;
     MediumAtlas made = coded(takes ? std::move(*grids) : *grids, *widths, takes);
     times.atlas_ms += watch.ms();
@@ -254,18 +266,19 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march(grids);
   Drawn& drawn = picture.drawn();
-  if (!slice) drawn.light = light_text;
+  if (wanted.medium.lit) drawn.light = lighting.description();
   if (grids) drawn.atlas = grids->size();
   if (marches && !deep) {
     picture.confirm_plan();
     if (wish.layers.error) {
       // light four times as exact: its remaining error changes the estimate by 3 %
       View better = wanted;
-      if (light_error.rms > 0) light(parts, better, {.rms = light_error.rms / 4}, wish.progress);
+      if (lighting.error().rms > 0)
+        light(parts, better, {.rms = lighting.error().rms / 4}, wish.progress);
       marcher.hold(lit_bricks(wanted.scene), Filter::exact);
       picture.add_error(better.medium);
     }
-    if (wish.layers.bound) picture.add_bound(dark);
+    if (wish.layers.bound) picture.add_bound(view.medium);
   }
   picture.finish();
   drawn.times = std::exchange(times, {});
@@ -273,55 +286,43 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
 }
 
 std::optional<Field> Session::Impl::taken(std::shared_ptr<const Field> Medium::*grid) {
-  const std::shared_ptr<const Field> field = view.medium.*grid;
+  const std::shared_ptr<const Field> field = medium().*grid;
   if (!takes || !field) return {};
   Field values = *field;
   const auto rest = std::make_shared<const Field>(Field{FieldHead(values)});
-  for (Medium* medium : {&view.medium, &dark})
-    for (auto* one : {&medium->density, &medium->luminance})
-      if (*one == field) *one = rest;
+  for (Medium* one : {&view.medium, &medium()})
+    for (auto* place : {&one->density, &one->luminance})
+      if (*place == field) *place = rest;
   lacks_values = true;
   return values;
 }
 
 bool Session::Impl::stands(const Marcher& marcher, const Wish& wish) const {
   return may_take(wish) && marcher.marches() && !view.scene.shows(Shows::plane) &&
-         (dark_bricks.get() || lit.get()) && (!dark.light || lighting);
+         (kept_bricks.get() || kept_lit.get()) && !(view.medium.light && lacks_values);
 }
 
 void Session::Impl::start_over() {
-  dark_bricks.forget();
-  lit.forget();
-  codes.forget();
-  lighting.reset();
-  lights = 0;
-  held = everywhere;
+  kept_bricks.forget();
+  kept_lit.forget();
+  kept_codes.forget();
+  kept_part.forget();
+  lighting.forget();
   if (std::exchange(lacks_values, false))
-    dark = make_view(view.scene,
-                     read_fields(view.scene, VdbFile(view.scene.input), false, {.allowed = true}))
-               .medium;
-  view.medium = dark;
-}
-
-void Session::Impl::keep_alone(const Box& bricks) {
-  if (held == bricks) return;
-  view.medium = dark;
-  const bool margin = density_options(view).with_margin;
-  Field part = field_of_bricks(*dark.density, bricks, margin);
-  part.stored_range = glm::vec2(stored_range(*dark.density));
-  view.medium.density = std::make_shared<const Field>(std::move(part));
-  lighting.emplace(view, bricks);
-  held = bricks;
+    view.medium = make_view(view.scene, read_fields(view.scene, VdbFile(view.scene.input), false,
+                                                    {.allowed = true}))
+                      .medium;
 }
 
 const MediumAtlas* Session::Impl::kept() const {
-  for (const MediumAtlas* atlas : {lit.get().get(), dark_bricks.get().get(), codes.get().get()})
+  for (const MediumAtlas* atlas :
+       {kept_lit.get().get(), kept_bricks.get().get(), kept_codes.get().get()})
     if (atlas) return atlas;
   return nullptr;
 }
 
 bool Session::Impl::is_whole() const {
-  return kept() || split_of(in_dark(view), {}, {}, memory_limit).whole;
+  return kept() || split_of(view, {}, {}, memory_limit).whole;
 }
 
 const MediumAtlas& Session::Impl::whole(const Scene& scene) {
@@ -406,19 +407,22 @@ std::vector<Explanation> Session::explain() {
 }
 
 std::optional<glm::dvec3> Session::pick(const Scene& scene, const glm::dvec2& pixel) {
-  const View view = impl_->viewed({.scene = scene});
+  View view = impl_->viewed({.scene = scene});
+  view.medium = impl_->medium();
   return pick_point(view, impl_->whole(view.scene), pixel);
 }
 
-CheckedError Session::check_error(const Image& picture, int pixels, const StageProgress& progress) {
-  View view = impl_->viewed({});
+CheckedError Session::check_error(const Drawn& drawn, int pixels, const StageProgress& progress) {
+  impl_->need_values();
+  View view = drawn.view;
+  view.medium = impl_->view.medium;
   const Stopwatch watch;
-  if (impl_->dark.light)
-    view.medium = impl_->light_of_dark().exact_medium(view, impl_->whole(view.scene),
-                                                      checked_rays(view, picture, pixels),
-                                                      of_stage(progress, Stage::lighting));
+  if (view.medium.light)
+    view.medium = impl_->lighting.exact_medium(view, impl_->whole(impl_->view.scene),
+                                               checked_rays(view, drawn.image, pixels),
+                                               of_stage(progress, Stage::lighting));
   const double light_ms = watch.ms();
-  CheckedError error = check_pixels(view, picture, pixels, of_stage(progress, Stage::checking));
+  CheckedError error = check_pixels(view, drawn.image, pixels, of_stage(progress, Stage::checking));
   error.light_ms = light_ms;
   error.reference_ms = watch.ms() - light_ms;
   return error;

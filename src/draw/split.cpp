@@ -226,9 +226,9 @@ std::string light_obstacle(const View& view) {
     const Needs needs = needs_of(view, {});
     const auto all = double(grid_memory(view.scene));
     if (needs.shine == 0 || all == 0) return {};
-    if (needs.fields() > all) return too_much_light(view, needs, needs.shine, all).what();
-    const double least = std::min(needs.whole(), needs.of_part(1));
-    if (least <= left_beside(needs.fields(), all)) return {};
+    const bool fits = needs.fields() <= all;
+    const double least = fits ? std::min(needs.whole(), needs.of_part(1)) : 0;
+    if (fits && least <= left_beside(needs.fields(), all)) return {};
     return too_much_light(view, needs, needs.shine + least, all).what();
   } catch (const Error& error) {
     if (error.code() != ExitCode::memory) throw;
@@ -251,6 +251,8 @@ Split split_of(const View& view, const Wish& wish, const Copies& copies,
   split.parts = Regions::in_parts(bricks, std::size_t(wish.team->size()));
   const Region part = split.parts.all()[std::size_t(wish.team->rank())];
   split.own = regions_of_part(view, wish, bricks, part, wish.team->place().local_size, copies);
+  const glm::ivec3 ghost = region_ghost(view);
+  split.lit = {part.bricks.min - ghost, part.bricks.max + ghost};
   return split;
 }
 

@@ -10,7 +10,6 @@
 #include "psivox/error.h"
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
-#include "scene/cuts.h"
 
 namespace psivox::python {
 namespace {
@@ -27,10 +26,6 @@ void check(const Scene& scene, const PictureWords& wanted) {
   if (const std::string no = page_obstacle(scene); wanted.page && !no.empty())
     throw Error(ExitCode::usage, no);
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
-}
-
-bool is_same(const Scene& a, const Scene& b) {
-  return std::ranges::all_of(parameters(), [&](const Parameter& p) { return has_same(a, b, p); });
 }
 
 /// A marcher that another thread may take afterwards.
@@ -118,9 +113,6 @@ void Drawing::prepare(const Scene& given, const Progress& progress) {
   progress(0);
   looked_ = std::move(opened.looked.scene);
   look_background_ = std::exchange(looked_.background, {});
-  opened.view.scene.background.reset();
-  own_ = in_look(given, looked_);
-  if (!is_same(own_, looked_)) opened = open_scene(own_, std::move(opened.looked.fields));
   notices_ = color_notices_;
   for (const std::string& notice : notices_of(opened.view)) add_once(notices_, notice);
   session_.emplace(std::move(opened.view));
@@ -133,7 +125,8 @@ bool Drawing::is_prepared(const Scene& given) const {
          });
 }
 
-Scene Drawing::in_look(const Scene& given, Scene scene) const {
+Scene Drawing::in_look(const Scene& given) const {
+  Scene scene = session_->view().scene;
   for (const Parameter& p : parameters()) {
     if (belongs_to_medium(p)) continue;
     const bool by_look = !has_same(looked_, prepared_, p) && leaves_to_look(given, p.name);
@@ -143,14 +136,10 @@ Scene Drawing::in_look(const Scene& given, Scene scene) const {
   return scene;
 }
 
-Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wanted) {
-  View view = session_->view();
-  if (wish.scene) {
-    view.scene = with_planes(drawn.scene, *view.subject);
-    view.camera = make_camera(view.scene, *view.subject);
-    keep_camera(view.scene, view.camera);
-    view.scene.up_axis = z_is_up(view.scene, *view.subject) ? UpAxis::z : UpAxis::y;
-  }
+Picture Drawing::finish(Drawn drawn, const PictureWords& wanted) {
+  View view = std::move(drawn.view);
+  keep_camera(view.scene, view.camera);
+  view.scene.up_axis = z_is_up(view.scene, *view.subject) ? UpAxis::z : UpAxis::y;
   Picture picture;
   picture.notices = notices_;
   for (const std::string& notice : drawn.notices) add_once(picture.notices, notice);
@@ -177,15 +166,13 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   const DrawingThread drawing(drawing_);
   const Scene given = scene_of(words, *file_, given_);
   check(given, wanted);
-  // pixels are checked in the session's own scene
-  if (!is_prepared(given) || (wanted.check_error > 0 && !is_same(in_look(given, looked_), own_)))
-    prepare(given, progress);
+  if (!is_prepared(given)) prepare(given, progress);
   Wish wish;
-  if (!is_same(in_look(given, looked_), own_)) wish.scene = in_look(given, session_->view().scene);
+  wish.scene = in_look(given);
   wish.layers = layers_of(wanted.layers);
   wish.fewest_bytes = wanted.page.has_value();
-  wish.progress = over_stages(progress, session_->view().medium.light.has_value());
-  if (wanted.page) check_page(*session_, *wanted.page);
+  wish.progress = over_stages(progress);
+  if (wanted.page) check_page(*session_, *wish.scene, *wanted.page);
   try {
     if (lease_ && !lease_->fits(given)) lease_.reset();
     if (!lease_) lease_.emplace(given);
@@ -194,15 +181,16 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
     lease_->large = drawn.atlas.bytes() > large_atlas;
     std::optional<CheckedError> checked;
     if (wanted.check_error > 0)
-      checked = session_->check_error(drawn.image, wanted.check_error,
-                                      [&](Stage, double) { progress(1); });
+      checked =
+          session_->check_error(drawn, wanted.check_error, [&](Stage, double) { progress(1); });
     const bool by_look = !gives_background_ && !words.give("background");
     std::string page;
     if (wanted.page) {
-      if (by_look) drawn.scene.background = look_background_;
+      if (by_look) drawn.view.scene.background = look_background_;
       page = page_text(*session_, drawn, *wanted.page);
+      if (by_look) drawn.view.scene.background.reset();
     }
-    Picture picture = finish(std::move(drawn), wish, wanted);
+    Picture picture = finish(std::move(drawn), wanted);
     if (!by_look) picture.look_background.reset();
     picture.checked = checked;
     picture.page = std::move(page);
