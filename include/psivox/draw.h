@@ -36,7 +36,7 @@ std::string description(const Marcher& marcher);
 
 // --- a picture -----------------------------------------------------------------------------------
 
-enum class Stage { converting, lighting, uploading, choosing, marching, checking };
+enum class Stage { lighting, uploading, choosing, marching, checking };
 
 /// "lighting".
 const char* stage_text(Stage stage);

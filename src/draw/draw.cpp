@@ -98,8 +98,6 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
 
 const char* stage_text(Stage stage) {
   switch (stage) {
-    case Stage::converting:
-      return "converting";
     case Stage::lighting:
       return "lighting";
     case Stage::uploading:

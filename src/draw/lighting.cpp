@@ -16,13 +16,6 @@ namespace {
 /// Directions of a sky for any light, and for a trial of methods.
 constexpr int coarse_sky_count = 8, tried_sky_count = 16;
 
-/// Reports a part of the work, which begins at `begin` and is `size` of the whole.
-Progress part_of(const Progress& progress, double begin, double size) {
-  return [&progress, begin, size](double done) {
-    if (progress) progress(begin + size * done);
-  };
-}
-
 bool exact(const Beam& beam) { return beam.method == LightMethod{}; }
 
 /// Whether they are the same lights, by whatever methods.
@@ -34,12 +27,6 @@ bool same_light(const std::vector<Beam>& a, const std::vector<Beam>& b) {
 
 bool same_place(const Camera& a, const Camera& b) {
   return a.position == b.position && a.forward == b.forward && a.orthographic == b.orthographic;
-}
-
-/// Whether pictures of any size by them show the same.
-bool same_frame(const Camera& a, const Camera& b) {
-  return same_place(a, b) && a.up == b.up && a.half_width == b.half_width &&
-         a.half_height == b.half_height;
 }
 
 /// Blocks of the density whose light is seen.
@@ -152,7 +139,7 @@ void Lighting::replace(const View& view, const LightSource& source, LightNeed ne
   if (progress) progress(begin);
   // the sky suits the typical picture and this one, which may show more of the medium
   std::vector<View> views{typical_view(view)};
-  if (!same_frame(view.camera, views.front().camera)) views.push_back(view);
+  if (view.camera != views.front().camera) views.push_back(view);
   const double sky_share = std::sqrt(1 - lights_share * lights_share);
   LightChoice sky{{.spacing = HUGE_VAL}};
   for (const View& from : views) {
@@ -176,7 +163,7 @@ void Lighting::settle_lights(const View& view, const MediumDepths& depths, doubl
                              const Progress& progress) {
   const View typical = typical_view(view);
   std::optional<LightPilot> own;  // the trials' pilots serve the typical picture
-  if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
+  if (view.camera != typical.camera) own.emplace(view, depths, beams_of(beams_));
   LightTrials trials(typical, depths, beams_of(beams_), rms);
   while (true) {
     const LightMethod method = trials.best().method;

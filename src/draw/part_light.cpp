@@ -216,9 +216,7 @@ LightDepths PartMarcher::light_depths(const View& view) {
           [&](std::size_t beam, std::size_t block, std::span<const double> own) {
             take(first + beam, block, own);
           },
-          [&](double done) {
-            if (progress) progress((double(first) + done * double(end - first)) / all);
-          });
+          part_of(progress, double(first) / all, double(end - first) / all));
     }
   };
 }
@@ -241,9 +239,9 @@ LightDepths PartMarcher::depths_by_rays(const View& view) {
         places.insert(places.end(), some.begin(), some.end());
         messages[rank++].resize(512 * some.size());
       }
-      std::vector<double> sums = sum_rays(view, beam, places, [&](double done) {
-        if (progress) progress((double(chunk) + done) / double(chunks));
-      });
+      std::vector<double> sums =
+          sum_rays(view, beam, places,
+                   part_of(progress, double(chunk) / double(chunks), 1 / double(chunks)));
       if (members > 1) {
         const double* from = sums.data();
         for (std::vector<float>& message : messages)
@@ -274,9 +272,9 @@ std::vector<double> PartMarcher::sum_rays(const View& view, const Beam& beam, Li
     };
     if (!behind_it.empty()) {
       upload_dark(view, region.bricks);
-      marcher_.light_depths(view)({&beam, 1}, behind_it, add, [&](double part) {
-        progress((double(done) + part) / double(regions.size()));
-      });
+      const double share = 1 / double(regions.size());
+      marcher_.light_depths(view)({&beam, 1}, behind_it, add,
+                                  part_of(progress, share * double(done), share));
     }
     ++done;
   }
@@ -319,9 +317,7 @@ LightDepths PartMarcher::depths_by_lattices(const View& view) {
                  [&](std::size_t beam, std::size_t block, std::span<const double> depths) {
                    take(some[beam], block, depths);
                  })
-            .pass([&](double fraction) {
-              if (progress) progress(done + share * fraction);
-            });
+            .pass(part_of(progress, done, share));
         done += share;
       }
   };

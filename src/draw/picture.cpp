@@ -60,41 +60,34 @@ Picture::Picture(PartMarcher& marcher, const View& view, const Wish& wish,
   if (plan_) expected_rms_ = plan_->chosen.rms;
 }
 
-RenderOptions Picture::options() const {
-  RenderOptions options;
-  options.count = wish_.count || wish_.layers.steps || wish_.layers.samples;
-  options.depth = wish_.layers.depth;
-  options.transmittance = wish_.layers.transmittance;
-  options.tile = wish_.tile;
-  options.tile_ms = wish_.tile_ms;
-  options.may_update_tables = wish_.may_update_tables;
-  if (plan_) options.brick_steps = plan_->march->brick_steps;
-  if (plan_) options.ray_cost = plan_->chosen.cost;
-  options.progress = of_stage(wish_.progress, Stage::marching);
-  return options;
-}
-
 bool Picture::confirms() const {
   return plan_ && plan_->rays > 0 && wish_.confirm && marcher_.marcher().rounds();
 }
 
 void Picture::march(const std::shared_ptr<const MediumAtlas>& grids) {
-  RenderOptions wanted = options();
-  if (confirms()) wanted.pilot = pilot_view(marched());
+  RenderOptions options{.count = wish_.count || wish_.layers.steps || wish_.layers.samples,
+                        .depth = wish_.layers.depth,
+                        .transmittance = wish_.layers.transmittance,
+                        .progress = of_stage(wish_.progress, Stage::marching),
+                        .tile = wish_.tile,
+                        .tile_ms = wish_.tile_ms,
+                        .may_update_tables = wish_.may_update_tables};
+  if (plan_) options.brick_steps = plan_->march->brick_steps;
+  if (plan_) options.ray_cost = plan_->chosen.cost;
+  if (confirms()) options.pilot = pilot_view(marched());
   if (grids && !wish_.layers.deep) marcher_.marcher().hold(grids, view_.scene.filter);
-  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, wanted)
-                        : wish_.layers.deep ? deep_picture(view_, *grids, wanted.progress)
-                                            : marcher_.render(marched(), wanted);
+  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, options)
+                        : wish_.layers.deep ? deep_picture(view_, *grids, options.progress)
+                                            : marcher_.render(marched(), options);
   drawn_.image = std::move(result.image);
   pilot_ = std::move(result.pilot);
   drawn_.stats = std::move(result.stats);
   const bool tabled = marcher_.marcher().marches() && !wish_.may_update_tables;
-  if (std::string off = tabled ? table_notice(marched()) : ""; !off.empty())
-    drawn_.notices.push_back(std::move(off));
+  if (std::string off = tabled ? table_notice(marched()) : ""; !off.empty()) say(std::move(off));
   if (drawn_.stats.stuck > 0)
-    drawn_.notices.push_back(std::to_string(drawn_.stats.stuck) +
-                             " rays stood still before their end and show what is in front of it, "
-                             "by a fault of the device's arithmetic; run psivox verify");
+    say(std::to_string(drawn_.stats.stuck) +
+        " rays stood still before their end and show what is in front of it, by a fault of the "
+        "device's arithmetic; run psivox verify");
 }
 
 void Picture::confirm_plan() {
@@ -107,15 +100,12 @@ void Picture::confirm_plan() {
   const double rms = plan_->chosen.rms;
   if (!tolerance) return;
   if (!plan_->reached)
-    drawn_.notices.push_back(formatted(
-        "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can "
-        "be",
+    say(formatted(
+        "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can be",
         expected_rms_, *tolerance));
-  else if (rms > *tolerance) {
-    drawn_.notices.push_back(
-        formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
+  else if (rms > *tolerance)
+    say(formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
         cause(view_, plan_->light_rms > *tolerance));
-  }
   if (rms > *tolerance || drawn_.stats.stuck > 0) plan_->reached = false;
 }
 
@@ -123,10 +113,10 @@ void Picture::add_error(const Medium& medium) {
   enter(wish_.progress, Stage::checking);
   View exact = exact_view(marched());
   exact.medium = medium;
-  RenderOptions whole;
-  whole.tile_ms = wish_.tile_ms;
-  whole.progress = of_stage(wish_.progress, Stage::checking);
-  const Image better = marcher_.render(exact, whole).image;
+  const Image better = marcher_
+                           .render(exact, {.progress = of_stage(wish_.progress, Stage::checking),
+                                           .tile_ms = wish_.tile_ms})
+                           .image;
   const CheckedError left = exact_error(exact, marcher_.render(pilot_view(exact)).image);
   const Backdrop behind(view_);
   const ErrorSum errors = seen_errors(drawn_.image, better, behind);
@@ -154,7 +144,6 @@ void Picture::finish() {
   drawn_.view = view_;
   drawn_.plan = std::move(plan_);
   const Scene& scene = view_.scene;
-  const auto say = [&](std::string notice) { drawn_.notices.push_back(std::move(notice)); };
   if (!marcher_.marcher().marches() && scene.tolerance)
     say("--renderer reference ignores --tolerance");
   if (scene.shows(Shows::surface) && (scene.sky || !scene.environment.empty()))

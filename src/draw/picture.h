@@ -32,8 +32,8 @@ class Picture {
 
  private:
   const View& marched() const { return plan_ ? plan_->march->view : view_; }
-  RenderOptions options() const;
   bool confirms() const;
+  void say(std::string notice) { drawn_.notices.push_back(std::move(notice)); }
 
   PartMarcher& marcher_;
   const View& view_;

@@ -253,7 +253,8 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (deep) check_deep(wanted.scene, parts);
   if (!slice) light(parts, wanted, light_need(marcher, wanted.scene, wish), wish.progress);
 
-  std::optional<MarchPlan> chosen = wish.plan;
+  std::optional<MarchPlan> chosen;
+  if (!deep) chosen = wish.plan;
   // a plan for the whole may have steps of its bricks
   if (marches && !deep && wanted.scene.tolerance && !(chosen && parts.whole()))
     chosen = plan(parts, wanted, wish);

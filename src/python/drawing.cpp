@@ -28,6 +28,10 @@ void check(const Scene& scene, const PictureWords& wanted) {
   check_picture_memory(scene.resolution.x, scene.resolution.y, int(wanted.layers.size()), 0);
 }
 
+bool is_same(const Scene& a, const Scene& b) {
+  return std::ranges::all_of(parameters(), [&](const Parameter& p) { return has_same(a, b, p); });
+}
+
 /// A marcher that another thread may take afterwards.
 struct Released {
   Marcher& marcher;
@@ -113,6 +117,9 @@ void Drawing::prepare(const Scene& given, const Progress& progress) {
   progress(0);
   looked_ = std::move(opened.looked.scene);
   look_background_ = std::exchange(looked_.background, {});
+  opened.view.scene.background.reset();
+  own_ = in_look(given, looked_);
+  if (!is_same(own_, looked_)) opened = open_scene(own_, std::move(opened.looked.fields));
   notices_ = color_notices_;
   for (const std::string& notice : notices_of(opened.view)) add_once(notices_, notice);
   session_.emplace(std::move(opened.view));
@@ -125,8 +132,7 @@ bool Drawing::is_prepared(const Scene& given) const {
          });
 }
 
-Scene Drawing::in_look(const Scene& given) const {
-  Scene scene = session_->view().scene;
+Scene Drawing::in_look(const Scene& given, Scene scene) const {
   for (const Parameter& p : parameters()) {
     if (belongs_to_medium(p)) continue;
     const bool by_look = !has_same(looked_, prepared_, p) && leaves_to_look(given, p.name);
@@ -136,10 +142,12 @@ Scene Drawing::in_look(const Scene& given) const {
   return scene;
 }
 
-Picture Drawing::finish(Drawn drawn, const PictureWords& wanted) {
+Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wanted) {
   View view = std::move(drawn.view);
-  keep_camera(view.scene, view.camera);
-  view.scene.up_axis = z_is_up(view.scene, *view.subject) ? UpAxis::z : UpAxis::y;
+  if (wish.scene) {
+    keep_camera(view.scene, view.camera);
+    view.scene.up_axis = z_is_up(view.scene, *view.subject) ? UpAxis::z : UpAxis::y;
+  }
   Picture picture;
   picture.notices = notices_;
   for (const std::string& notice : drawn.notices) add_once(picture.notices, notice);
@@ -168,11 +176,11 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   check(given, wanted);
   if (!is_prepared(given)) prepare(given, progress);
   Wish wish;
-  wish.scene = in_look(given);
+  if (!is_same(in_look(given, looked_), own_)) wish.scene = in_look(given, session_->view().scene);
   wish.layers = layers_of(wanted.layers);
   wish.fewest_bytes = wanted.page.has_value();
   wish.progress = over_stages(progress);
-  if (wanted.page) check_page(*session_, *wish.scene, *wanted.page);
+  if (wanted.page) check_page(*session_, wish.scene.value_or(session_->view().scene), *wanted.page);
   try {
     if (lease_ && !lease_->fits(given)) lease_.reset();
     if (!lease_) lease_.emplace(given);
@@ -190,7 +198,7 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
       page = page_text(*session_, drawn, *wanted.page);
       if (by_look) drawn.view.scene.background.reset();
     }
-    Picture picture = finish(std::move(drawn), wanted);
+    Picture picture = finish(std::move(drawn), wish, wanted);
     if (!by_look) picture.look_background.reset();
     picture.checked = checked;
     picture.page = std::move(page);

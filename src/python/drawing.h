@@ -101,10 +101,10 @@ class Drawing {
   void prepare(const Scene& given, const Progress& progress);
   /// Whether the session has the medium of a scene.
   bool is_prepared(const Scene& given) const;
-  /// The scene of the session's medium, with the camera, picture and accuracy that `given` says or
+  /// `scene`, of the session's medium, with the camera, picture and accuracy that `given` says or
   /// leaves to the look.
-  Scene in_look(const Scene& given) const;
-  Picture finish(Drawn drawn, const PictureWords& wanted);
+  Scene in_look(const Scene& given, Scene scene) const;
+  Picture finish(Drawn drawn, const Wish& wish, const PictureWords& wanted);
   /// Throws Error(usage) in a call from the `progress` of a picture, which would wait for itself.
   void check_not_drawing() const;
 
@@ -115,6 +115,7 @@ class Drawing {
   bool gives_background_;    ///< so that a look's is not wanted
   Scene prepared_, looked_;  ///< of the look: the scene that it was chosen for, and in it
   std::optional<Background> look_background_;
+  Scene own_;  ///< of the session, in the look
   std::optional<Session> session_;
   std::vector<std::string> color_notices_, notices_;
   std::optional<Lease> lease_;
