@@ -191,7 +191,7 @@ double expect_within(const View& view) {
   const Drawn drawn = session.draw(*Gpu::renderer(), small);
   // the estimate is of the pilot's rays, the error of all
   EXPECT_LE(drawn.plan->chosen.rms, tolerance);
-  const CheckedError error = session.check_error(drawn.image, 64 * 64);
+  const CheckedError error = session.check_error(drawn, 64 * 64);
   EXPECT_LE(error.rms, tolerance);
   EXPECT_LE(error.max, 12.5 * tolerance);  // as docs/notes/decisions.md has it for float32
   Wish full;
@@ -243,12 +243,12 @@ TEST_F(CodedMarch, ASessionForOnePictureLeavesNoValuesAndReadsThemAgain) {
     for (const bool light : {false, true}) {
       Wish wish;
       wish.fewest_bytes = true;
-      const Image kept = Session(of_file(light, texel)).draw(*Gpu::renderer(), wish).image;
+      const Drawn kept = Session(of_file(light, texel)).draw(*Gpu::renderer(), wish);
       Session session(of_file(light, texel), /*for_one_picture=*/true);
       const auto draws_the_same = [&] {
         const auto& values = session.view().medium.density->storage.blocks;
         const std::weak_ptr<const void> first = values.empty() ? nullptr : values.front();
-        EXPECT_EQ(compare_images(kept, session.draw(*Gpu::renderer(), wish).image).max, 0);
+        EXPECT_EQ(compare_images(kept.image, session.draw(*Gpu::renderer(), wish).image).max, 0);
         return first.expired();
       };
       for (int i = 0; i < 2; ++i) EXPECT_TRUE(draws_the_same());  // the second reads again

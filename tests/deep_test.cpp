@@ -242,8 +242,9 @@ void expect_reference(Scene scene, double tolerance) {
   Session session(scene);
   Wish wish;
   wish.layers.deep = true;
-  const DeepPixels deep = session.draw(*open_double(), wish).image.deep;
-  const View& view = session.view();
+  const Drawn drawn = session.draw(*open_double(), wish);
+  const DeepPixels& deep = drawn.image.deep;
+  const View& view = drawn.view;
   const RayMedium medium(view.medium);
   RayIntegrator exact(medium, 1e-9);
   double greatest = 0;

@@ -377,7 +377,7 @@ TEST(ErrorLayer, ExactPicturesHaveTheErrorThatACheckFinds) {
   Session session(scene);
   const auto marcher = open_double();
   const Drawn drawn = session.draw(*marcher, {.layers = {.error = true}});
-  const CheckedError checked = session.check_error(drawn.image, 96 * 96);
+  const CheckedError checked = session.check_error(drawn, 96 * 96);
   ASSERT_GT(checked.rms, 1e-6);
   ASSERT_TRUE(drawn.difference);
   // 800 of 9216 pixels, as above

@@ -176,7 +176,7 @@ class RenderJob {
     if (call_.output.empty()) return;
     std::shared_ptr<Marcher> marcher;
     team_->agree([&] { marcher = opened.get(); });
-    if (is_page_name(call_.output)) check_page(*session, call_.page);
+    if (is_page_name(call_.output)) check_page(*session, session->view().scene, call_.page);
     draw(*session, *marcher);
     if (call_.check_error) print_check(*session);
     team_->agree([&] {
@@ -259,8 +259,8 @@ class RenderJob {
   /// Compares with the reference, and prints the result to standard output.
   void print_check(Session& session) {
     ProgressBar bar(call_.quiet);
-    report_.checked = session.check_error(report_.drawn.image,
-                                          std::min(*call_.check_error, 100000000), bar.stages());
+    report_.checked =
+        session.check_error(report_.drawn, std::min(*call_.check_error, 100000000), bar.stages());
     const CheckedError& checked = *report_.checked;
     std::cout << formatted(
         "error     RMS %.2e, max %.2e at %d,%d: %d pixels against the reference\n", checked.rms,
@@ -268,7 +268,7 @@ class RenderJob {
     if (const auto& plan = report_.drawn.plan; plan && plan->rays > 0)
       std::cout << formatted("estimate  RMS %.2e, max %.2e: %s\n", plan->chosen.rms,
                              plan->chosen.max, method_text(plan->chosen.method).c_str());
-    const std::optional<double>& tolerance = report_.drawn.scene.tolerance;
+    const std::optional<double>& tolerance = report_.drawn.view.scene.tolerance;
     if (tolerance && checked.rms > *tolerance && !call_.quiet)
       print_notice("the error is above the tolerance of " + number_text(*tolerance));
   }

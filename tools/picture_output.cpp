@@ -28,10 +28,10 @@ bool shows_background(const RenderCall& call) {
   return call.output.empty() ? !call.movie.empty() : shows_background(call.output, call.format);
 }
 
-void write_picture(const RenderCall& call, const View& view, RenderReport& report) {
-  report.written =
-      write_picture(report.drawn.image, view.scene, legend_of(view), report.drawn.stats.renderer,
-                    {report.output, call.format, call.layers});
+void write_picture(const RenderCall& call, RenderReport& report) {
+  Drawn& drawn = report.drawn;
+  report.written = write_picture(drawn.image, drawn.view.scene, legend_of(drawn.view),
+                                 drawn.stats.renderer, {report.output, call.format, call.layers});
 }
 
 void put_out(const RenderCall& call, Session& session, RenderReport& report) {
@@ -40,7 +40,7 @@ void put_out(const RenderCall& call, Session& session, RenderReport& report) {
   };
   const Image& image = report.drawn.image;
   say(report.drawn.notices);
-  if (const auto blank = blank_reason(session.view(), image); !blank.empty()) say({blank});
+  if (const auto blank = blank_reason(report.drawn.view, image); !blank.empty()) say({blank});
   if (is_page_name(call.output)) {
     const Stopwatch writing;
     const std::string page = page_text(session, report.drawn, call.page);
@@ -51,7 +51,7 @@ void put_out(const RenderCall& call, Session& session, RenderReport& report) {
   }
   constexpr double long_write = 1e7;  // [pixels]; a second and more
   if (double(image.width) * image.height > long_write) say({"writing " + in_quotes(call.output)});
-  write_picture(call, session.view(), report);
+  write_picture(call, report);
   say(report.written.notices);
 }
 
@@ -67,7 +67,7 @@ using Json = nlohmann::ordered_json;
 Json error_json(const RenderReport& report) {
   const std::optional<MarchPlan>& plan = report.drawn.plan;
   Json error = Json::object();
-  if (report.drawn.scene.tolerance) error["tolerance"] = *report.drawn.scene.tolerance;
+  if (report.drawn.view.scene.tolerance) error["tolerance"] = *report.drawn.view.scene.tolerance;
   if (plan) {
     error["method"] = method_text(plan->chosen.method);
     error["reached"] = plan->reached;

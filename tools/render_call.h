@@ -124,7 +124,7 @@ bool shows_background(const RenderCall& call);
 
 /// Writes the report's picture with its scene, composited with the background and with the color
 /// bar that the scene asks for, to the file that it names. Throws Error(output).
-void write_picture(const RenderCall& call, const View& view, RenderReport& report);
+void write_picture(const RenderCall& call, RenderReport& report);
 
 /// Writes the picture of `psivox render` as write_picture does, or its page, and prints what there
 /// is to say.

@@ -225,7 +225,6 @@ class FrameLoop {
   /// A frame that was drawn, for the thread that writes it.
   struct DrawnFrame {
     Frame frame;
-    View view;
     RenderReport report;
   };
 
@@ -234,20 +233,18 @@ class FrameLoop {
     Wish wish = wish_of(call_);
     wish.scene = read.scene;
     if (progress_)
-      wish.progress = over_stages([this](double done) { progress_(done_ + part_ * done); },
-                                  read.session->view().medium.light.has_value());
+      wish.progress = over_stages([this](double done) { progress_(done_ + part_ * done); });
     const Stopwatch drawing;
     auto drawn = std::make_shared<DrawnFrame>();
     drawn->frame = frame;
     drawn->report.input = frame.input;
     drawn->report.output = frame.output;
     drawn->report.read_ms = read.read_ms;
-    drawn->report.drawn = read.session->draw(*marcher_, wish);
-    drawn->view = read.session->view();
-    drawn->view.scene = read.scene;
-    for (const std::string& notice : notices_of(drawn->view)) say(notice, frame.number);
-    for (const std::string& notice : drawn->report.drawn.notices) say(notice, frame.number);
-    say(blank_reason(drawn->view, drawn->report.drawn.image), frame.number);
+    Drawn& picture = drawn->report.drawn = read.session->draw(*marcher_, wish);
+    picture.view.scene = read.scene;  // as it was asked for
+    for (const std::string& notice : notices_of(picture.view)) say(notice, frame.number);
+    for (const std::string& notice : picture.notices) say(notice, frame.number);
+    say(blank_reason(picture.view, picture.image), frame.number);
     drawn->report.total_ms = drawing.ms();
     ++drawn_;
     return drawn;
@@ -256,7 +253,7 @@ class FrameLoop {
   void write(std::shared_ptr<DrawnFrame> drawn) {
     take_written();
     written_ = std::async(std::launch::async, [this, drawn = std::move(drawn)] {
-      if (!drawn->frame.output.empty()) write_picture(call_, drawn->view, drawn->report);
+      if (!drawn->frame.output.empty()) write_picture(call_, drawn->report);
       if (movie_) add_to_movie(*drawn);
       drawn->report.drawn.image = {};
       return drawn;
@@ -265,13 +262,14 @@ class FrameLoop {
 
   /// Adds a frame that was written, unless the film alone has it.
   void add_to_movie(DrawnFrame& drawn) {
-    Scene scene = drawn.view.scene;
+    Drawn& picture = drawn.report.drawn;
+    Scene scene = picture.view.scene;
     scene.background = maker_.film_background();
     if (drawn.frame.output.empty() || !holds_codes(drawn.frame.output, call_.format))
       for (const std::string& notice :
-           complete_picture(drawn.report.drawn.image, scene, legend_of(drawn.view), /*codes=*/true))
+           complete_picture(picture.image, scene, legend_of(picture.view), /*codes=*/true))
         drawn.report.written.notices.push_back(notice);
-    movie_->add(drawn.report.drawn.image, display_of(scene));
+    movie_->add(picture.image, display_of(scene));
   }
 
   void take_written() {

@@ -70,6 +70,7 @@ struct Camera {
   bool orthographic = false;
   double half_width = 1;   ///< tan(fov/2), or half the ortho width [world units]
   double half_height = 1;  ///< half_width * H / W
+  bool operator==(const Camera&) const = default;
 };
 
 /// A ray: p(t) = origin + t * direction, t in world units from the camera (its plane if

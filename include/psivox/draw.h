@@ -36,7 +36,7 @@ std::string description(const Marcher& marcher);
 
 // --- a picture -----------------------------------------------------------------------------------
 
-enum class Stage { converting, lighting, uploading, choosing, marching, checking };
+enum class Stage { lighting, uploading, choosing, marching, checking };
 
 /// "lighting".
 const char* stage_text(Stage stage);
@@ -45,9 +45,9 @@ const char* stage_text(Stage stage);
 /// It may throw to end the work; the session stays usable.
 using StageProgress = std::function<void(Stage stage, double fraction)>;
 
-/// One bar for all stages of a picture: light takes the first half of a lit one, the march the
-/// rest.
-StageProgress over_stages(Progress bar, bool lit);
+/// One bar for all stages of a picture: light takes the first half, where it is computed, the march
+/// the rest.
+StageProgress over_stages(Progress bar);
 
 /// Layers beside the picture, named as in --aov. The reference gives `transmittance`, `error` (its
 /// own bound) and, for maxima and surfaces, `depth`.
@@ -119,9 +119,10 @@ struct DrawnLight {
 };
 
 struct Drawn {
-  Image image;                    ///< the picture, then the layers that were asked for
-  Scene scene;                    ///< the scene drawn, with a tolerance if that chose the method
-  std::optional<MarchPlan> plan;  ///< set if the method was chosen
+  Image image;  ///< the picture, then the layers that were asked for
+  /// The view drawn: its scene has a tolerance if that chose the method, its medium the light.
+  View view;
+  std::optional<MarchPlan> plan;         ///< set if the method was chosen
   std::optional<Comparison> difference;  ///< from the exact picture; set with layer `error`
   std::optional<double> bound;           ///< the greatest; set with layer `bound`
   std::optional<DrawnLight> light;       ///< set if light shines on the medium
@@ -150,7 +151,8 @@ class Session {
   Session& operator=(Session&&) noexcept;
   ~Session();
 
-  /// The view as drawn, with its light once that is computed.
+  /// The view that it was given or has made, without light. A session for one picture keeps no
+  /// values in it.
   const View& view() const;
 
   /// Converts the grids to bricks, unless that is done, or the volume
@@ -160,10 +162,10 @@ class Session {
   /// Converts, lights and uploads: all that `draw` does before it chooses a method and marches.
   void prepare(Marcher& marcher, const Wish& wish = {});
 
-  /// What the device has of the grids with a texel type, or with a plan's codes, with their light
-  /// once that is computed. It stays until the next call. Throws what convert throws, and
-  /// Error(memory) if the volume must be drawn in parts.
-  const MediumAtlas& atlas(TexelType texel,
+  /// What the device has of the grids by a scene's method and texel type, or with a plan's codes,
+  /// with their light once that is computed. It stays until the next call. Throws Error(memory) if
+  /// the volume must be drawn in parts.
+  const MediumAtlas& atlas(const Scene& scene,
                            const std::shared_ptr<const std::vector<CodeWidth>>& codes = {});
 
   /// Draws. Throws Error(graphics), Error(memory), and what the wish's progress throws.
@@ -174,10 +176,10 @@ class Session {
   /// open.
   std::vector<Explanation> explain();
 
-  /// Compares about `pixels` pixels of a picture of the session's scene with the reference, in
+  /// Compares about `pixels` pixels of a picture that the session has drawn with the reference, in
   /// exact light. It takes one random pixel from each cell of a grid over the picture, the same
   /// ones every time.
-  CheckedError check_error(const Image& picture, int pixels, const StageProgress& progress = {});
+  CheckedError check_error(const Drawn& drawn, int pixels, const StageProgress& progress = {});
 
   /// The point at which the ray through `pixel` of the scene's picture [pixels; centres at +0.5]
   /// meets the part of the medium that hides the rest; unset: there is none.

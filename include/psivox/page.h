@@ -20,8 +20,8 @@ bool is_page_name(const std::string& path);
 /// Why no page shows the scene, in one line; empty if one does.
 std::string page_obstacle(const Scene& scene);
 
-/// Throws what page_text would throw, as far as that is known before the picture is drawn.
-void check_page(Session& session, const PageOptions& options);
+/// Throws what page_text would throw of a scene, as far as that is known before it is drawn.
+void check_page(Session& session, const Scene& scene, const PageOptions& options);
 
 /// The page of a picture that the session has drawn: the march's shaders for WebGL 2, the atlas
 /// with its light, and the picture itself for browsers that cannot draw. Throws Error(usage) if the

@@ -98,8 +98,6 @@ std::string layer_obstacle(const std::string& layer, const Scene& scene) {
 
 const char* stage_text(Stage stage) {
   switch (stage) {
-    case Stage::converting:
-      return "converting";
     case Stage::lighting:
       return "lighting";
     case Stage::uploading:
@@ -123,22 +121,14 @@ void enter(const StageProgress& progress, Stage stage) {
   if (progress) progress(stage, 0);
 }
 
-StageProgress over_stages(Progress bar, bool lit) {
+StageProgress over_stages(Progress bar) {
   if (!bar) return {};
-  return [bar = std::move(bar), before = lit ? 0.5 : 0](Stage stage, double fraction) {
-    switch (stage) {
-      case Stage::converting:
-        return bar(0);
-      case Stage::lighting:
-        return bar(before * fraction);
-      case Stage::uploading:
-      case Stage::choosing:
-        return bar(before);
-      case Stage::marching:
-        return bar(before + (1 - before) * fraction);
-      case Stage::checking:
-        return bar(1);
-    }
+  return [bar = std::move(bar), before = 0.0](Stage stage, double fraction) mutable {
+    if (stage == Stage::checking) return bar(1);
+    if (stage == Stage::lighting) before = 0.5;
+    bar(stage == Stage::lighting   ? before * fraction
+        : stage == Stage::marching ? before + (1 - before) * fraction
+                                   : before);
   };
 }
 

@@ -16,13 +16,6 @@ namespace {
 /// Directions of a sky for any light, and for a trial of methods.
 constexpr int coarse_sky_count = 8, tried_sky_count = 16;
 
-/// Reports a part of the work, which begins at `begin` and is `size` of the whole.
-Progress part_of(const Progress& progress, double begin, double size) {
-  return [&progress, begin, size](double done) {
-    if (progress) progress(begin + size * done);
-  };
-}
-
 bool exact(const Beam& beam) { return beam.method == LightMethod{}; }
 
 /// Whether they are the same lights, by whatever methods.
@@ -34,12 +27,6 @@ bool same_light(const std::vector<Beam>& a, const std::vector<Beam>& b) {
 
 bool same_place(const Camera& a, const Camera& b) {
   return a.position == b.position && a.forward == b.forward && a.orthographic == b.orthographic;
-}
-
-/// Whether pictures of any size by them show the same.
-bool same_frame(const Camera& a, const Camera& b) {
-  return same_place(a, b) && a.up == b.up && a.half_width == b.half_width &&
-         a.half_height == b.half_height;
 }
 
 /// Blocks of the density whose light is seen.
@@ -77,13 +64,6 @@ double light_share(const Scene& scene) {
   return scene.sky || !scene.environment.empty() ? 0.85 : 0.5;
 }
 
-View Lighting::seen(const View& wanted) const {
-  View view = view_;
-  view.camera = wanted.camera;
-  view.scene.resolution = wanted.scene.resolution;
-  return view;
-}
-
 View Lighting::typical_view(const View& view) const {
   if (LitLuminance(view, light_beams(view)).sees_camera()) return view;
   View typical = view;
@@ -96,9 +76,8 @@ DrawnLight Lighting::description() const {
   return {light_method_text(beams_.front().method), int(beams_.size()), error_.rms, error_.max};
 }
 
-bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed need) {
+bool Lighting::serves(const View& view, const LightSource& source, LightNeed need) {
   if (!medium_) return false;
-  const View view = seen(wanted);
   const std::vector<Beam> lights = light_beams(view);
   if (!same_light(lights, {beams_.begin(), beams_.begin() + std::ptrdiff_t(lights.size())}))
     return false;
@@ -117,17 +96,17 @@ bool Lighting::serves(const View& wanted, const LightSource& source, LightNeed n
   return error_.rms <= need.rms;
 }
 
-void Lighting::compute(const View& wanted, const LightSource& source, LightNeed need,
-                       const Progress& progress) {
-  Lighting next = *this;  // `progress` may throw
-  next.replace(wanted, source, need, progress);
+void Lighting::compute(const View& view, const Box& bricks, const LightSource& source,
+                       LightNeed need, const Progress& progress) {
+  Lighting next;  // `progress` may throw
+  next.blocks_ = blocks_of(view, source.atlas, bricks);
+  next.replace(view, source, need, progress);
   *this = std::move(next);
 }
 
-Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas,
+Medium Lighting::exact_medium(const View& view, const MediumAtlas& atlas,
                               std::span<const WorldRay> rays, const Progress& progress) const {
   if (medium_ && std::all_of(beams_.begin(), beams_.end(), exact)) return *medium_;
-  const View view = seen(wanted);
   const VolumeDepths depths(view, &atlas);
   const auto crossed = blocks_along(*view.medium.density, rays);
   return lit(
@@ -136,15 +115,11 @@ Medium Lighting::exact_medium(const View& wanted, const MediumAtlas& atlas,
       .medium;
 }
 
-void Lighting::replace(const View& wanted, const LightSource& source, LightNeed need,
+void Lighting::replace(const View& view, const LightSource& source, LightNeed need,
                        const Progress& progress) {
-  const View view = seen(wanted);
-  if (blocks_.empty()) blocks_ = blocks_of(view, source.atlas, bricks_);
   const MediumDepths depths(view, source);
   camera_ = view.camera;
   beams_ = light_beams(view);
-  sky_error_ = error_ = {};
-  sky_coverage_ = 0;
   coarse_ = !need.exact && need.rms == 0;
   if (need.exact || need.rms == 0) {
     add_sky(view, need.exact ? exact_sky_count : coarse_sky_count);
@@ -164,7 +139,7 @@ void Lighting::replace(const View& wanted, const LightSource& source, LightNeed 
   if (progress) progress(begin);
   // the sky suits the typical picture and this one, which may show more of the medium
   std::vector<View> views{typical_view(view)};
-  if (!same_frame(view.camera, views.front().camera)) views.push_back(view);
+  if (view.camera != views.front().camera) views.push_back(view);
   const double sky_share = std::sqrt(1 - lights_share * lights_share);
   LightChoice sky{{.spacing = HUGE_VAL}};
   for (const View& from : views) {
@@ -188,7 +163,7 @@ void Lighting::settle_lights(const View& view, const MediumDepths& depths, doubl
                              const Progress& progress) {
   const View typical = typical_view(view);
   std::optional<LightPilot> own;  // the trials' pilots serve the typical picture
-  if (!same_frame(view.camera, typical.camera)) own.emplace(view, depths, beams_of(beams_));
+  if (view.camera != typical.camera) own.emplace(view, depths, beams_of(beams_));
   LightTrials trials(typical, depths, beams_of(beams_), rms);
   while (true) {
     const LightMethod method = trials.best().method;

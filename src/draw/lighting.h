@@ -25,36 +25,30 @@ LightNeed light_need(const Marcher& marcher, const Scene& scene, const Wish& wis
 /// The light of a medium, as far as it is computed, for pictures by several cameras.
 class Lighting {
  public:
-  /// `view` has the medium without its light. `bricks`: where light is asked for, if it is seen.
-  explicit Lighting(const View& view, const Box& bricks = everywhere)
-      : view_(view), bricks_(bricks) {}
-
-  /// Whether the light that is there serves the picture of a view's camera. Sets error(). All
+  /// Whether the light that is there serves the picture of a dark view's camera. Sets error(). All
   /// processes that draw the picture ask it and compute() together.
-  bool serves(const View& wanted, const LightSource& source, LightNeed need);
+  bool serves(const View& view, const LightSource& source, LightNeed need);
 
-  /// Computes the light for it.
-  void compute(const View& wanted, const LightSource& source, LightNeed need,
+  /// Computes the light for it in some bricks, as far as they are seen.
+  void compute(const View& view, const Box& bricks, const LightSource& source, LightNeed need,
                const Progress& progress);
 
-  /// The medium in exact light, for comparisons along some rays: the rest of it may be dark.
-  Medium exact_medium(const View& wanted, const MediumAtlas& atlas, std::span<const WorldRay> rays,
+  /// The medium of a dark view in exact light, for comparisons along some rays: the rest of it may
+  /// be dark.
+  Medium exact_medium(const View& view, const MediumAtlas& atlas, std::span<const WorldRay> rays,
                       const Progress& progress) const;
 
   /// Forgets the light, so that it takes no memory beside the next.
   void forget() { medium_.reset(); }
 
-  /// The medium without its light.
-  const Medium& dark() const { return view_.medium; }
-  /// The medium with the light.
-  const Medium& medium() const { return *medium_; }
+  /// The medium with the light; unset: there is none.
+  std::optional<Medium>& medium() { return medium_; }
   /// Estimated error of the light in the last picture asked for; 0: exact.
   const LightError& error() const { return error_; }
   DrawnLight description() const;
 
  private:
-  View seen(const View& wanted) const;
-  void replace(const View& wanted, const LightSource& source, LightNeed need,
+  void replace(const View& view, const LightSource& source, LightNeed need,
                const Progress& progress);
   /// The view by which methods are chosen. Its camera is the same for all pictures of a medium, so
   /// that a picture does not depend on those that were drawn before it, unless the light itself
@@ -67,9 +61,7 @@ class Lighting {
   void settle_lights(const View& view, const MediumDepths& depths, double rms,
                      const Progress& progress);
 
-  View view_;
-  Box bricks_;
-  std::vector<glm::ivec3> blocks_;  ///< visible; empty until they are needed
+  std::vector<glm::ivec3> blocks_;  ///< whose light is seen
   std::optional<Medium> medium_;
   std::vector<Beam> beams_;  ///< of the first volume
   Camera camera_;

@@ -15,7 +15,7 @@
 #include "reference/reference.h"
 
 namespace psivox {
-namespace {
+namespace in_parts {
 
 /// Whether a ray from 0 meets a box.
 bool meets(const glm::dvec3& min, const glm::dvec3& max, const glm::dvec3& direction) {
@@ -100,32 +100,24 @@ LightLayer layer_from(int slab, std::span<const glm::ivec3> bricks, const Box& p
   return layer;
 }
 
+}  // namespace in_parts
+
 /// The lattices of lights along one axis, from one side, on their way through all parts of a
 /// volume. Each layer of this member's bricks is uploaded once, and what it hides of the blocks of
 /// all members is sent, some slabs at a time, as float32. The depths add up in the order of ranks.
 /// A team passes one beam at a time.
-class PartLattices {
+class PartMarcher::Lattices {
  public:
-  /// What a member needs for it.
-  struct Needs {
-    Team& team;
-    Marcher& marcher;
-    const View& view;
-    std::span<const glm::ivec3> bricks;  ///< of this member's part
-    Box part = everywhere;               ///< this part
-    std::size_t most = 0;                ///< bricks that are uploaded at once
-    std::function<const MediumAtlas&(const Box& bricks)> upload;
-  };
-
-  PartLattices(const Needs& needs, std::span<const Beam> beams,
-               std::span<const LatticeFrame> frames, LightBlocks blocks, TakeLight take)
-      : needs_(needs),
+  Lattices(PartMarcher& parts, const View& view, std::span<const Beam> beams,
+           std::span<const LatticeFrame> frames, LightBlocks blocks, TakeLight take)
+      : parts_(parts),
+        view_(view),
         beams_(beams),
         frames_(frames),
         own_(blocks),
         take_(std::move(take)),
-        outbox_(needs.team.size()) {
-    for (const auto& places : needs.team.gather(std::vector(blocks.begin(), blocks.end()))) {
+        outbox_(parts.team_.size()) {
+    for (const auto& places : parts.team_.gather(std::vector(blocks.begin(), blocks.end()))) {
       firsts_.push_back(places_.size());
       places_.insert(places_.end(), places.begin(), places.end());
     }
@@ -139,10 +131,12 @@ class PartLattices {
   void pass(const Progress& progress) {
     const LatticeFrame& frame = frames_.front();
     const int slabs = frame.slabs();
-    LightLayer layer{-1, {}};
+    const Box part = is_alone() ? everywhere : parts_.own_part();
+    in_parts::LightLayer layer{-1, {}};
     for (int slab = 0; slab < slabs; ++slab) {
       if (slab > layer.last)
-        layer = layer_from(slab, needs_.bricks, needs_.part, frame, needs_.most);
+        layer = in_parts::layer_from(slab, parts_.split_.own.bricks(), part, frame,
+                                     parts_.layer_bricks());
       for (const Region& box : layer.boxes) {
         show(box.bricks);
         for (std::size_t i = 0; i < runs_.size(); ++i) {
@@ -150,8 +144,7 @@ class PartLattices {
           if (&box == &layer.boxes.back()) runs_[i].finish(slab);
         }
       }
-      if (needs_.team.size() > 1 &&
-          (slab % slabs_at_once == slabs_at_once - 1 || slab + 1 == slabs))
+      if (!is_alone() && (slab % slabs_at_once == slabs_at_once - 1 || slab + 1 == slabs))
         join(slab - slab % slabs_at_once, slab);
       if (progress) progress(double(slab + 1) / double(slabs));
     }
@@ -164,16 +157,16 @@ class PartLattices {
   /// Makes some bricks those that light passes.
   void show(const Box& bricks) {
     if (shown_ == bricks) return;
-    const MediumAtlas& atlas = needs_.upload(bricks);
-    dark_.emplace(frames_.front(), atlas);
+    parts_.upload_dark(view_, bricks);
+    dark_.emplace(frames_.front(), parts_.dark_);
     columns_.clear();
     for (std::size_t i = 0; i < runs_.size(); ++i)
-      columns_.push_back(needs_.marcher.light_columns(frames_[i], needs_.view, beams_[i]));
+      columns_.push_back(parts_.marcher_.light_columns(frames_[i], view_, beams_[i]));
     shown_ = bricks;
   }
 
   void give(std::size_t beam, std::size_t block, std::span<const double> depths) {
-    if (needs_.team.size() == 1) return take_(beam, block, depths);
+    if (is_alone()) return take_(beam, block, depths);
     const auto member = std::upper_bound(firsts_.begin(), firsts_.end(), block) - firsts_.begin();
     const auto rank = std::size_t(member - 1);
     outbox_.add(rank, block - firsts_[rank], depths);
@@ -185,19 +178,22 @@ class PartLattices {
     for (std::size_t i = 0; i < own_.size(); ++i)
       if (const int slab = frames_.front().slab(own_[i]); slab >= first && slab <= last)
         sums[i] = {};
-    for (const auto& message : outbox_.exchange(needs_.team))
-      for (const SentBlock& sent : message)
+    for (const auto& message : outbox_.exchange(parts_.team_))
+      for (const auto& sent : message)
         std::ranges::transform(sums.at(sent.number), sent.depths, sums.at(sent.number).begin(),
                                [](double sum, float depth) { return sum + double(depth); });
     for (const auto& [block, depths] : sums) take_(0, block, depths);
   }
 
-  const Needs& needs_;
+  bool is_alone() const { return parts_.team_.size() == 1; }
+
+  PartMarcher& parts_;
+  const View& view_;
   std::span<const Beam> beams_;
   std::span<const LatticeFrame> frames_;
   LightBlocks own_;
   TakeLight take_;
-  Outbox outbox_;
+  in_parts::Outbox outbox_;
   std::vector<glm::ivec3> places_;   ///< blocks of all members
   std::vector<std::size_t> firsts_;  ///< of each member
   std::vector<LatticeRun> runs_;
@@ -205,8 +201,6 @@ class PartLattices {
   std::optional<DarkCells> dark_;
   std::vector<LatticeColumns> columns_;
 };
-
-}  // namespace
 
 LightDepths PartMarcher::light_depths(const View& view) {
   if (whole()) return marcher_.light_depths(view);
@@ -222,9 +216,7 @@ LightDepths PartMarcher::light_depths(const View& view) {
           [&](std::size_t beam, std::size_t block, std::span<const double> own) {
             take(first + beam, block, own);
           },
-          [&](double done) {
-            if (progress) progress((double(first) + done * double(end - first)) / all);
-          });
+          part_of(progress, double(first) / all, double(end - first) / all));
     }
   };
 }
@@ -247,9 +239,9 @@ LightDepths PartMarcher::depths_by_rays(const View& view) {
         places.insert(places.end(), some.begin(), some.end());
         messages[rank++].resize(512 * some.size());
       }
-      std::vector<double> sums = sum_rays(view, beam, places, [&](double done) {
-        if (progress) progress((double(chunk) + done) / double(chunks));
-      });
+      std::vector<double> sums =
+          sum_rays(view, beam, places,
+                   part_of(progress, double(chunk) / double(chunks), 1 / double(chunks)));
       if (members > 1) {
         const double* from = sums.data();
         for (std::vector<float>& message : messages)
@@ -271,7 +263,7 @@ std::vector<double> PartMarcher::sum_rays(const View& view, const Beam& beam, Li
   const std::vector<Region> regions = split_.own.all();
   std::vector<double> sums(512 * blocks.size());
   for (std::size_t done = 0; const Region& region : regions) {
-    const std::vector<std::size_t> numbers = behind(region.bricks, blocks, towards);
+    const std::vector<std::size_t> numbers = in_parts::behind(region.bricks, blocks, towards);
     std::vector<glm::ivec3> behind_it;
     for (const std::size_t number : numbers) behind_it.push_back(blocks[number]);
     const TakeLight add = [&](std::size_t, std::size_t block, std::span<const double> depths) {
@@ -280,31 +272,26 @@ std::vector<double> PartMarcher::sum_rays(const View& view, const Beam& beam, Li
     };
     if (!behind_it.empty()) {
       upload_dark(view, region.bricks);
-      marcher_.light_depths(view)({&beam, 1}, behind_it, add, [&](double part) {
-        progress((double(done) + part) / double(regions.size()));
-      });
+      const double share = 1 / double(regions.size());
+      marcher_.light_depths(view)({&beam, 1}, behind_it, add,
+                                  part_of(progress, share * double(done), share));
     }
     ++done;
   }
   return sums;
 }
 
+std::size_t PartMarcher::layer_bricks() const {
+  return split_.own.count() == 1 ? split_.own.bricks().size() : most_bricks();
+}
+
 LightDepths PartMarcher::depths_by_lattices(const View& view) {
   return [this, &view](std::span<const Beam> beams, LightBlocks blocks, const TakeLight& take,
                        const Progress& progress) {
-    const std::vector<glm::ivec3>& bricks = split_.own.bricks();
-    // a layer is as large as a region, if they are one
-    const std::size_t most = split_.own.count() == 1 ? bricks.size() : most_bricks();
-    const Box part =
-        team_.size() > 1 ? split_.parts.all()[std::size_t(team_.rank())].bricks : everywhere;
-    const PartLattices::Needs needs{
-        team_, marcher_, view, bricks, part, most, [&](const Box& box) -> const MediumAtlas& {
-          upload_dark(view, box);
-          return dark_;
-        }};
     // The picture stores light beside each texel, on host and GPU. While light is computed,
     // lattices have one of the two; those of a team go one by one.
-    const double bytes = team_.size() > 1 ? 0 : double(most * brick_texels * sizeof(float));
+    const double bytes =
+        team_.size() > 1 ? 0 : double(layer_bricks() * brick_texels * sizeof(float));
     const Box domain = build_region_atlas(view, {}, {}, 0.0).density.domain;
     std::map<std::pair<int, int>, std::vector<std::size_t>> along;
     for (std::size_t b = 0; b < beams.size(); ++b) {
@@ -326,57 +313,62 @@ LightDepths PartMarcher::depths_by_lattices(const View& view) {
           frames.push_back(frame);
         }
         const double share = double(some.size()) / double(beams.size());
-        PartLattices(needs, group, frames, blocks,
-                     [&](std::size_t beam, std::size_t block, std::span<const double> depths) {
-                       take(some[beam], block, depths);
-                     })
-            .pass([&](double fraction) {
-              if (progress) progress(done + share * fraction);
-            });
+        Lattices(*this, view, group, frames, blocks,
+                 [&](std::size_t beam, std::size_t block, std::span<const double> depths) {
+                   take(some[beam], block, depths);
+                 })
+            .pass(part_of(progress, done, share));
         done += share;
       }
   };
 }
 
-ExactDepths PartMarcher::exact_depths(const View& view, const MediumAtlas* atlas) {
-  return [this, &view, atlas](const Beam& beam, std::span<const glm::ivec3> voxels) {
-    if (atlas) return march_double_light_depths(view, *atlas, beam, voxels);
-    if (team_.size() == 1) return reference_light_depths(view, beam, voxels);
-    std::vector<double> sums(voxels.size());
-    for (const Region& region : split_.own.all()) {
-      upload_dark(view, region.bricks);
-      const std::vector<double> depths = march_double_light_depths(view, dark_, beam, voxels);
-      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
-    }
-    team_.sum(std::span(sums));
-    return sums;
-  };
+std::vector<double> PartMarcher::exact_depths(const View& view, const Beam& beam,
+                                              std::span<const glm::ivec3> voxels) {
+  if (team_.size() == 1) return reference_light_depths(view, beam, voxels);
+  std::vector<double> sums(voxels.size());
+  for (const Region& region : split_.own.all()) {
+    upload_dark(view, region.bricks);
+    const std::vector<double> depths = march_double_light_depths(view, dark_, beam, voxels);
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += depths[i];
+  }
+  team_.sum(std::span(sums));
+  return sums;
 }
 
-CrossedCells PartMarcher::crossed(const MediumAtlas* atlas) {
-  return [this, atlas](const View& view, std::span<const glm::dvec2> places) {
-    if (atlas) return crossed_cells(view, *atlas, places);
-    struct Sent {
-      std::uint32_t ray;
-      Crossed cell;
-    };
-    std::vector<Sent> own;
-    for (const Region& region : split_.own.all()) {
-      upload_dark(view, region.bricks);
-      const auto cells = crossed_cells(view, dark_, places);
-      for (std::size_t ray = 0; ray < cells.size(); ++ray)
-        for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
-    }
-    std::vector<std::vector<Crossed>> all(places.size());
-    for (const auto& some : team_.gather(own))
-      for (const Sent& sent : some) all[sent.ray].push_back(sent.cell);
-    for (std::vector<Crossed>& ray : all) std::ranges::sort(ray, std::less{}, &Crossed::front);
-    return all;
+std::vector<std::vector<Crossed>> PartMarcher::crossed(const View& view,
+                                                       std::span<const glm::dvec2> places) {
+  struct Sent {
+    std::uint32_t ray;
+    Crossed cell;
   };
+  std::vector<Sent> own;
+  for (const Region& region : split_.own.all()) {
+    upload_dark(view, region.bricks);
+    const auto cells = crossed_cells(view, dark_, places);
+    for (std::size_t ray = 0; ray < cells.size(); ++ray)
+      for (const Crossed& cell : cells[ray]) own.push_back({std::uint32_t(ray), cell});
+  }
+  std::vector<std::vector<Crossed>> all(places.size());
+  for (const auto& some : team_.gather(own))
+    for (const Sent& sent : some) all[sent.ray].push_back(sent.cell);
+  for (std::vector<Crossed>& ray : all) std::ranges::sort(ray, std::less{}, &Crossed::front);
+  return all;
 }
 
-LightShare PartMarcher::light_share() const {
-  return {&team_, voxels_of(split_.parts.all()[std::size_t(team_.rank())].bricks)};
+LightSource PartMarcher::light_source(const MediumAtlas* whole) {
+  return {[this](const View& view) { return light_depths(view); },
+          [this, whole](const View& view) -> ExactDepths {
+            return [this, &view, whole](const Beam& beam, std::span<const glm::ivec3> voxels) {
+              return whole ? march_double_light_depths(view, *whole, beam, voxels)
+                           : exact_depths(view, beam, voxels);
+            };
+          },
+          [this, whole](const View& view, std::span<const glm::dvec2> places) {
+            return whole ? crossed_cells(view, *whole, places) : crossed(view, places);
+          },
+          whole,
+          {&team_, voxels_of(own_part())}};
 }
 
 }  // namespace psivox

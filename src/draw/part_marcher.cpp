@@ -46,9 +46,11 @@ class Strips {
   Image picture(const CarriedLight& own, bool transmittance) const;
 
  private:
-  template <typename Number, typename Of>
-  std::vector<std::vector<Number>> sent_to_strips(const CarriedLight& own, int sample,
-                                                  const Of& of) const;
+  /// Has each member send `of(ray)` for its rays of a sample to their strips. Calls
+  /// `each(part, first pixel, numbers)` for rows of this member's strip, part by part, front to
+  /// back.
+  template <typename Number, typename Of, typename Each>
+  void join(const CarriedLight& own, int sample, const Of& of, const Each& each) const;
   PixelBox strip_of(int rank) const;
 
   Team& team_;
@@ -77,9 +79,8 @@ void for_rows(const PixelBox& box, const Each& each) {
   for (int y = 0; y < box.size.y; ++y) each(box.origin + glm::ivec2(0, y));
 }
 
-template <typename Number, typename Of>
-std::vector<std::vector<Number>> Strips::sent_to_strips(const CarriedLight& own, int sample,
-                                                        const Of& of) const {
+template <typename Number, typename Of, typename Each>
+void Strips::join(const CarriedLight& own, int sample, const Of& of, const Each& each) const {
   std::vector<std::vector<Number>> sent(std::size_t(team_.size()));
   for (int rank = 0; rank < team_.size(); ++rank) {
     const PixelBox box = common(own.pixels(), strip_of(rank));
@@ -88,38 +89,40 @@ std::vector<std::vector<Number>> Strips::sent_to_strips(const CarriedLight& own,
         sent[std::size_t(rank)].push_back(of(ray));
     });
   }
-  return team_.exchange(sent);
+  const auto received = team_.exchange(sent);
+  for (const Region& part : order_) {
+    const PixelBox box = common(seen_[part.number], strip_of(team_.rank()));
+    std::span<const Number> left = received[part.number];
+    for_rows(box, [&](const glm::ivec2& first) {
+      each(part.number, first, left.first(std::size_t(box.size.x)));
+      left = left.subspan(std::size_t(box.size.x));
+    });
+  }
 }
 
 std::optional<std::vector<float>> Strips::ending(const CarriedLight& own) const {
   const RayFold& fold = own.fold();
   const double least = fold.least_transmittance();
   if (!(least > 0)) return {};
-  const PixelBox strip = strip_of(team_.rank());
   std::vector<float> depths(own.rays());
   std::uint64_t found = 0;
   for (int sample = 0; sample < own.samples(); ++sample) {
-    const auto received = sent_to_strips<float>(
-        own, sample, [&](const glm::dvec4& ray) { return float(fold.transmittance(ray)); });
-    std::vector<std::vector<float>> answers(received.size());
-    CarriedLight front(fold, strip, 1);
-    for (const Region& part : order_) {
-      const PixelBox box = common(seen_[part.number], strip);
-      std::span<const float> through = received[part.number];
-      for_rows(box, [&](const glm::ivec2& first) {
-        std::vector<glm::vec4> row;
-        const auto rays = front.row(first, box.size.x, 0);
-        for (std::size_t i = 0; i < rays.size(); ++i) {
-          const double before = rays[i].a;
-          row.emplace_back(0, 0, 0, through[i]);
-          const bool ends = before < 1 && before > least && before * double(through[i]) <= least;
-          answers[part.number].push_back(ends ? float(-std::log(before)) : CarriedLight::no_ray);
-          found += ends;
-        }
-        front.add(row, first, 0);
-        through = through.subspan(rays.size());
-      });
-    }
+    std::vector<std::vector<float>> answers(std::size_t(team_.size()));
+    CarriedLight front(fold, strip_of(team_.rank()), 1);
+    join<float>(
+        own, sample, [&](const glm::dvec4& ray) { return float(fold.transmittance(ray)); },
+        [&](std::size_t part, const glm::ivec2& first, std::span<const float> through) {
+          std::vector<glm::vec4> row;
+          const auto rays = front.row(first, int(through.size()), 0);
+          for (std::size_t i = 0; i < rays.size(); ++i) {
+            const double before = rays[i].a;
+            row.emplace_back(0, 0, 0, through[i]);
+            const bool ends = before < 1 && before > least && before * double(through[i]) <= least;
+            answers[part].push_back(ends ? float(-std::log(before)) : CarriedLight::no_ray);
+            found += ends;
+          }
+          front.add(row, first, 0);
+        });
     const auto answered = team_.exchange(answers);
     for (int rank = 0; rank < team_.size(); ++rank) {
       const PixelBox box = common(own.pixels(), strip_of(rank));
@@ -136,20 +139,13 @@ std::optional<std::vector<float>> Strips::ending(const CarriedLight& own) const 
 }
 
 Image Strips::picture(const CarriedLight& own, bool transmittance) const {
-  const PixelBox strip = strip_of(team_.rank());
-  CarriedLight light(own.fold(), strip, own.samples());
-  for (int sample = 0; sample < own.samples(); ++sample) {
-    const auto received = sent_to_strips<glm::vec4>(
-        own, sample, [](const glm::dvec4& ray) { return glm::vec4(ray); });
-    for (const Region& part : order_) {
-      const PixelBox box = common(seen_[part.number], strip);
-      std::span<const glm::vec4> rows = received[part.number];
-      for_rows(box, [&](const glm::ivec2& first) {
-        light.add(rows.first(std::size_t(box.size.x)), first, sample);
-        rows = rows.subspan(std::size_t(box.size.x));
-      });
-    }
-  }
+  CarriedLight light(own.fold(), strip_of(team_.rank()), own.samples());
+  for (int sample = 0; sample < own.samples(); ++sample)
+    join<glm::vec4>(
+        own, sample, [](const glm::dvec4& ray) { return glm::vec4(ray); },
+        [&](std::size_t, const glm::ivec2& first, std::span<const glm::vec4> row) {
+          light.add(row, first, sample);
+        });
   Image picture = light.picture(transmittance);
   for (Layer& layer : picture.layers) {
     const auto strips = team_.collect(layer.values);

@@ -19,6 +19,7 @@ struct Split {
   bool whole = true;               ///< one process draws it as one region, whose atlas may be kept
   Regions parts = Regions({}, 1);  ///< one for each member
   Regions own = Regions({}, 1);    ///< this member's part
+  Box lit = everywhere;  ///< bricks that it lights, alone in memory: its part and what rays read
 };
 
 /// How often the texels of an atlas are in memory while a picture is drawn.
@@ -59,19 +60,16 @@ class PartMarcher {
   Marcher& marcher() const { return marcher_; }
   Team& team() const { return team_; }
   const Split& split() const { return split_; }
+  /// The bricks of this member's part.
+  Box own_part() const { return split_.parts.all()[std::size_t(team_.rank())].bricks; }
 
   /// The picture is the first member's; the others get an empty one.
   RenderResult render(const View& view, const RenderOptions& options = {});
 
   /// Optical depths towards light. All members must ask for them together, each for its own voxels.
   LightDepths light_depths(const View& view);
-  /// Exact depths from some voxels, the same in all members. `atlas` is the whole's, if it is
-  /// there.
-  ExactDepths exact_depths(const View& view, const MediumAtlas* atlas);
-  /// What rays cross of the whole, the same in all members.
-  CrossedCells crossed(const MediumAtlas* atlas);
-  /// What this member has of the medium.
-  LightShare light_share() const;
+  /// Where light comes from. `whole`: the whole's atlas, if it is there.
+  LightSource light_source(const MediumAtlas* whole);
 
  private:
   /// Adds what the rays collect in this member's regions.
@@ -81,6 +79,14 @@ class PartMarcher {
   void carry_together(CarriedLight& light, const View& view, const RenderOptions& options,
                       RenderStats& stats);
 
+  /// Exact depths from some voxels, the same in all members.
+  std::vector<double> exact_depths(const View& view, const Beam& beam,
+                                   std::span<const glm::ivec3> voxels);
+  /// What rays cross of the whole, the same in all members.
+  std::vector<std::vector<Crossed>> crossed(const View& view, std::span<const glm::dvec2> places);
+  class Lattices;
+  /// Bricks of a layer that lattices pass: as many as in a region, if there are several.
+  std::size_t layer_bricks() const;
   LightDepths depths_by_rays(const View& view);
   LightDepths depths_by_lattices(const View& view);
   /// Sums of exact depths over this member's regions, 512 a block.

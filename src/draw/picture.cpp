@@ -18,19 +18,6 @@
 namespace psivox {
 namespace {
 
-/// The camera whose only pixel has this ray at its centre and the pixel width of `camera`.
-Camera along(const WorldRay& ray, const Camera& camera, const glm::ivec2& resolution) {
-  Camera narrow = camera;
-  narrow.position = ray.origin;
-  narrow.forward = ray.direction;
-  narrow.target = ray.origin + ray.direction;
-  narrow.right = glm::normalize(glm::cross(ray.direction, camera.up));
-  narrow.up = glm::cross(narrow.right, ray.direction);
-  narrow.half_width = camera.half_width / resolution.x;
-  narrow.half_height = narrow.half_width;
-  return narrow;
-}
-
 /// Why the error is above the tolerance although the march is not expected to miss it.
 std::string cause(const View& view, bool of_light) {
   if (const std::string lost = why_lost(view); !lost.empty()) return ": " + lost;
@@ -53,30 +40,19 @@ std::string table_notice(const View& view) {
       bound);
 }
 
-}  // namespace
-
-MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish,
-                       const MediumAtlas* grids, const LightError& missed) {
-  const Progress progress = of_stage(wish.progress, Stage::choosing);
-  MarchPlan result;
-  if (!grids) {
-    View agreed = marched;  // each member has the light of its own part
-    agreed.medium.brightest = std::ranges::max(parts.team().gather(marched.medium.brightest));
-    result = exact_plan(agreed);
-  } else {
-    View with_rest = marched;
-    double& rest = *with_rest.scene.tolerance;
-    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
-    result = plan_march(with_rest, *grids, progress);
-    if (may_be_coded(marched)) choose_codes(result, *grids, rest, wish.fewest_bytes, progress);
-  }
-  result.light_rms = missed.rms;
-  result.light_max = missed.max;
-  const LightError all = sum({result.chosen.rms, result.chosen.max}, missed);
-  result.chosen.rms = all.rms;
-  result.chosen.max = all.max;
-  return result;
+/// The deep picture of a view whose light is computed, on the CPU, by exact cells, whatever its
+/// method.
+RenderResult deep_picture(const View& view, const MediumAtlas& atlas, const Progress& progress) {
+  const double tolerance = view.scene.tolerance.value_or(default_tolerance);
+  constexpr double behind = 1.0 / 64;  // of the tolerance: what a ray leaves out where it ends
+  View exact = exact_view(view);
+  exact.scene.early_termination = behind * tolerance / std::max(1.0, brightest_ray(view.medium));
+  const double of_light = view.medium.lit ? light_share(view.scene) : 0;
+  const double rest = std::sqrt(1 - of_light * of_light) - behind;
+  return render_deep(exact, atlas, rest * tolerance, progress);
 }
+
+}  // namespace
 
 Picture::Picture(PartMarcher& marcher, const View& view, const Wish& wish,
                  std::optional<MarchPlan> plan)
@@ -84,39 +60,34 @@ Picture::Picture(PartMarcher& marcher, const View& view, const Wish& wish,
   if (plan_) expected_rms_ = plan_->chosen.rms;
 }
 
-RenderOptions Picture::options() const {
-  RenderOptions options;
-  options.count = wish_.count || wish_.layers.steps || wish_.layers.samples;
-  options.depth = wish_.layers.depth;
-  options.transmittance = wish_.layers.transmittance;
-  options.tile = wish_.tile;
-  options.tile_ms = wish_.tile_ms;
-  options.may_update_tables = wish_.may_update_tables;
-  if (plan_) options.brick_steps = plan_->march->brick_steps;
-  if (plan_) options.ray_cost = plan_->chosen.cost;
-  options.progress = of_stage(wish_.progress, Stage::marching);
-  return options;
-}
-
 bool Picture::confirms() const {
   return plan_ && plan_->rays > 0 && wish_.confirm && marcher_.marcher().rounds();
 }
 
-void Picture::march() {
-  RenderOptions wanted = options();
-  if (confirms()) wanted.pilot = pilot_view(marched());
-  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, wanted)
-                                                        : marcher_.render(marched(), wanted);
+void Picture::march(const std::shared_ptr<const MediumAtlas>& grids) {
+  RenderOptions options{.count = wish_.count || wish_.layers.steps || wish_.layers.samples,
+                        .depth = wish_.layers.depth,
+                        .transmittance = wish_.layers.transmittance,
+                        .progress = of_stage(wish_.progress, Stage::marching),
+                        .tile = wish_.tile,
+                        .tile_ms = wish_.tile_ms,
+                        .may_update_tables = wish_.may_update_tables};
+  if (plan_) options.brick_steps = plan_->march->brick_steps;
+  if (plan_) options.ray_cost = plan_->chosen.cost;
+  if (confirms()) options.pilot = pilot_view(marched());
+  if (grids && !wish_.layers.deep) marcher_.marcher().hold(grids, view_.scene.filter);
+  RenderResult result = view_.scene.shows(Shows::plane) ? draw_slice(view_, options)
+                        : wish_.layers.deep ? deep_picture(view_, *grids, options.progress)
+                                            : marcher_.render(marched(), options);
   drawn_.image = std::move(result.image);
   pilot_ = std::move(result.pilot);
   drawn_.stats = std::move(result.stats);
   const bool tabled = marcher_.marcher().marches() && !wish_.may_update_tables;
-  if (std::string off = tabled ? table_notice(marched()) : ""; !off.empty())
-    drawn_.notices.push_back(std::move(off));
+  if (std::string off = tabled ? table_notice(marched()) : ""; !off.empty()) say(std::move(off));
   if (drawn_.stats.stuck > 0)
-    drawn_.notices.push_back(std::to_string(drawn_.stats.stuck) +
-                             " rays stood still before their end and show what is in front of it, "
-                             "by a fault of the device's arithmetic; run psivox verify");
+    say(std::to_string(drawn_.stats.stuck) +
+        " rays stood still before their end and show what is in front of it, by a fault of the "
+        "device's arithmetic; run psivox verify");
 }
 
 void Picture::confirm_plan() {
@@ -129,15 +100,12 @@ void Picture::confirm_plan() {
   const double rms = plan_->chosen.rms;
   if (!tolerance) return;
   if (!plan_->reached)
-    drawn_.notices.push_back(formatted(
-        "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can "
-        "be",
+    say(formatted(
+        "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can be",
         expected_rms_, *tolerance));
-  else if (rms > *tolerance) {
-    drawn_.notices.push_back(
-        formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
+  else if (rms > *tolerance)
+    say(formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
         cause(view_, plan_->light_rms > *tolerance));
-  }
   if (rms > *tolerance || drawn_.stats.stuck > 0) plan_->reached = false;
 }
 
@@ -145,10 +113,10 @@ void Picture::add_error(const Medium& medium) {
   enter(wish_.progress, Stage::checking);
   View exact = exact_view(marched());
   exact.medium = medium;
-  RenderOptions whole;
-  whole.tile_ms = wish_.tile_ms;
-  whole.progress = of_stage(wish_.progress, Stage::checking);
-  const Image better = marcher_.render(exact, whole).image;
+  const Image better = marcher_
+                           .render(exact, {.progress = of_stage(wish_.progress, Stage::checking),
+                                           .tile_ms = wish_.tile_ms})
+                           .image;
   const CheckedError left = exact_error(exact, marcher_.render(pilot_view(exact)).image);
   const Backdrop behind(view_);
   const ErrorSum errors = seen_errors(drawn_.image, better, behind);
@@ -168,14 +136,23 @@ void Picture::add_bound(const Medium& medium) {
   drawn_.bound = *std::ranges::max_element(drawn_.image.layers.back().values);
 }
 
-Drawn Picture::finish() {
+void Picture::finish() {
   // Counting adds layers; keep only those asked for.
   std::erase_if(drawn_.image.layers, [&](const Layer& layer) {
     return !layer.name.empty() && !wish_.layers.has(layer.name);
   });
-  drawn_.scene = view_.scene;
+  drawn_.view = view_;
   drawn_.plan = std::move(plan_);
-  return std::move(drawn_);
+  const Scene& scene = view_.scene;
+  if (!marcher_.marcher().marches() && scene.tolerance)
+    say("--renderer reference ignores --tolerance");
+  if (scene.shows(Shows::surface) && (scene.sky || !scene.environment.empty()))
+    say(std::string(scene.sky ? "--sky does" : "--environment does") + " not light an isosurface" +
+        (scene.given.contains("light") ? "" : "; --light X,Y,Z does"));
+  const std::size_t regions = marcher_.split().own.count();
+  if (!marcher_.whole() && marcher_.team().size() == 1)
+    say("the volume is drawn in " + std::to_string(regions) + (regions == 1 ? " part" : " parts") +
+        ", so that its atlas keeps within the memory");
 }
 
 void check_deep(const Scene& scene, const PartMarcher& parts) {
@@ -186,32 +163,20 @@ void check_deep(const Scene& scene, const PartMarcher& parts) {
                 "--aov deep needs the whole volume in one part; give a larger --memory-limit");
 }
 
-Drawn deep_picture(const View& view, const MediumAtlas& atlas, double share_of_light,
-                   const Progress& progress) {
-  const double tolerance = view.scene.tolerance.value_or(default_tolerance);
-  constexpr double behind = 1.0 / 64;  // of the tolerance: what a ray leaves out where it ends
-  View exact = exact_view(view);
-  exact.scene.early_termination = behind * tolerance / std::max(1.0, brightest_ray(view.medium));
-  const double rest = std::sqrt(1 - share_of_light * share_of_light) - behind;
-  RenderResult result = render_deep(exact, atlas, rest * tolerance, progress);
-  Drawn drawn;
-  drawn.image = std::move(result.image);
-  drawn.stats = std::move(result.stats);
-  drawn.scene = view.scene;
-  return drawn;
-}
-
 std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,
                                      const glm::dvec2& pixel) {
-  const WorldRay ray = camera_ray(view.camera, view.scene.resolution, pixel.x, pixel.y);
   View one = view;
-  one.camera = along(ray, view.camera, view.scene.resolution);
-  one.scene.resolution = {1, 1};
   one.scene.pixel_samples = 1;
   one.scene.mode = from_front(one.scene.mode);
-  const Image image = render_march_double(one, atlas, {.depth = true}).image;
+  const glm::dvec2 corner = glm::floor(pixel);
+  const Image image = render_march_double(one, atlas,
+                                          {.depth = true,
+                                           .place = pixel - corner,
+                                           .pixels = PixelBox{glm::ivec2(corner), glm::ivec2(1)}})
+                          .image;
   const double depth = image.layers.back().values.front();
   if (!std::isfinite(depth)) return {};
+  const WorldRay ray = camera_ray(view.camera, view.scene.resolution, pixel.x, pixel.y);
   return ray.origin + depth * ray.direction;
 }
 

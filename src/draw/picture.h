@@ -10,18 +10,15 @@ Progress of_stage(const StageProgress& progress, Stage stage);
 /// Tells that a stage begins.
 void enter(const StageProgress& progress, Stage stage);
 
-/// Chooses the march for the tolerance of the view. `grids`: of the whole, unless it is drawn in
-/// parts. `missed`: the error of the light, which has its share.
-MarchPlan choose_march(PartMarcher& parts, const View& marched, const Wish& wish,
-                       const MediumAtlas* grids, const LightError& missed);
-
-/// Draws one picture. The marcher holds the view's atlas if it draws the whole.
+/// The last stages of a picture: the march, and what checks it.
 class Picture {
  public:
   /// Marches by `plan`, or by the view's own method if there is none.
   Picture(PartMarcher& marcher, const View& view, const Wish& wish, std::optional<MarchPlan> plan);
 
-  void march();
+  /// `grids`: what a device stores of the whole; null: the marcher reads the fields, or draws
+  /// parts.
+  void march(const std::shared_ptr<const MediumAtlas>& grids);
   /// Estimates the error from the pilot's rays, as the marcher draws them.
   void confirm_plan();
   /// Adds layer `error`. The marcher must hold the atlas for exact filtering. The medium may have
@@ -29,12 +26,14 @@ class Picture {
   void add_error(const Medium& medium);
   /// Adds layer `bound`: against the integral of the medium, whose light is computed exactly.
   void add_bound(const Medium& medium);
-  Drawn finish();
+  /// Completes what was drawn.
+  void finish();
+  Drawn& drawn() { return drawn_; }
 
  private:
   const View& marched() const { return plan_ ? plan_->march->view : view_; }
-  RenderOptions options() const;
   bool confirms() const;
+  void say(std::string notice) { drawn_.notices.push_back(std::move(notice)); }
 
   PartMarcher& marcher_;
   const View& view_;
@@ -52,11 +51,6 @@ std::string why_lost(const View& view);
 /// Throws Error(usage) or Error(memory) if the scene's picture cannot be deep. A look may have set
 /// another mode since the scene was checked.
 void check_deep(const Scene& scene, const PartMarcher& parts);
-
-/// The deep picture of a view whose light is computed: on the CPU, by exact cells, whatever its
-/// method. `share_of_light`: part of the tolerance that the light has, in quadrature.
-Drawn deep_picture(const View& view, const MediumAtlas& atlas, double share_of_light,
-                   const Progress& progress);
 
 /// Session::pick for a view and its atlas, marched in double by the view's method.
 std::optional<glm::dvec3> pick_point(const View& view, const MediumAtlas& atlas,

@@ -94,14 +94,17 @@ Needs needs_of(const View& view, const Copies& copies, bool at_most = false) {
   Needs needs{.copies = copies};
   constexpr double stored_leaf = 32;  // origin, pointer and place
   needs.density = stored_leaf * double(density.leaves.size());
+  const auto size_of = [&](const Field& field, const AtlasOptions& by = {},
+                           std::vector<glm::ivec3>* places = nullptr) {
+    return at_most ? most_of(field, by.own_texels) : predict_atlas(field, by, places);
+  };
   AtlasSize size;
   if (density.reader) {
     needs.places = leaf_bricks(density);
     size.texel_bytes = needs.places.size() * brick_texels * sizeof(float);
     needs.on_host = double(value_bytes(density));
   } else {
-    size = at_most ? most_of(density, options.own_texels)
-                   : predict_atlas(density, options, &needs.places);
+    size = size_of(density, options, &needs.places);
     needs.density += double(value_bytes(density));
     constexpr double listed = 128;  // a block in lists of all that are visible, leaves, and to do
     if (light > 0)
@@ -115,9 +118,6 @@ Needs needs_of(const View& view, const Copies& copies, bool at_most = false) {
   needs.fixed = double(1 + light) * double(size.page_bytes + size.constant_bytes);
   const glm::ivec3 ghost = region_ghost(view);
   needs.margin = std::max({ghost.x, ghost.y, ghost.z, int(options.with_margin)});
-  const auto size_of = [&](const Field& field, bool own_texels = false) {
-    return at_most ? most_of(field, own_texels) : predict_atlas(field);
-  };
   if (medium.gradient) {
     const AtlasSize gradient = size_of(*medium.gradient);
     needs.texels += double(gradient.texel_bytes);
@@ -129,7 +129,7 @@ Needs needs_of(const View& view, const Copies& copies, bool at_most = false) {
   if (medium.luminance && !light) add(size_of(*medium.luminance));
   for (const Emission& emission : medium.emission) add(size_of(*emission.field));
   for (const Medium& other : medium.others) {
-    add(size_of(*other.density, light > 0), 1 + light);
+    add(size_of(*other.density, {.own_texels = light > 0}), 1 + light);
     for (const Emission& emission : other.emission) add(size_of(*emission.field));
   }
   return needs;
@@ -226,9 +226,9 @@ std::string light_obstacle(const View& view) {
     const Needs needs = needs_of(view, {});
     const auto all = double(grid_memory(view.scene));
     if (needs.shine == 0 || all == 0) return {};
-    if (needs.fields() > all) return too_much_light(view, needs, needs.shine, all).what();
-    const double least = std::min(needs.whole(), needs.of_part(1));
-    if (least <= left_beside(needs.fields(), all)) return {};
+    const bool fits = needs.fields() <= all;
+    const double least = fits ? std::min(needs.whole(), needs.of_part(1)) : 0;
+    if (fits && least <= left_beside(needs.fields(), all)) return {};
     return too_much_light(view, needs, needs.shine + least, all).what();
   } catch (const Error& error) {
     if (error.code() != ExitCode::memory) throw;
@@ -251,6 +251,8 @@ Split split_of(const View& view, const Wish& wish, const Copies& copies,
   split.parts = Regions::in_parts(bricks, std::size_t(wish.team->size()));
   const Region part = split.parts.all()[std::size_t(wish.team->rank())];
   split.own = regions_of_part(view, wish, bricks, part, wish.team->place().local_size, copies);
+  const glm::ivec3 ghost = region_ghost(view);
+  split.lit = {part.bricks.min - ghost, part.bricks.max + ghost};
   return split;
 }
 

@@ -195,11 +195,6 @@ LitLuminance::LitLuminance(const View& view, std::vector<Beam> given)
   common_ = common_color(medium_, beams_);
 }
 
-bool LitLuminance::reads_density() const {
-  return medium_.source == LuminanceSource::density || medium_.luminance == medium_.density ||
-         !albedo_.is_one();
-}
-
 double LitLuminance::phase(const Beam& beam, const glm::ivec3& voxel, double cosine) const {
   const glm::dvec3 at(medium_.density->world_from_index * glm::dvec4(voxel, 1));
   const glm::dvec3 seen =
@@ -344,10 +339,8 @@ void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt&
     const std::size_t volume = i + 1;
     if (!is_to_be_lit(dark, volume)) continue;
     const View view = seen_from(dark, volume);
-    lit.others[i] =
-        lit_medium(view, beams_on(view, volume, beams), depths_at(volume), [&](double done) {
-          if (progress) progress((double(i) + done) / double(count));
-        });
+    lit.others[i] = lit_medium(view, beams_on(view, volume, beams), depths_at(volume),
+                               part_of(progress, double(i) / double(count), 1 / double(count)));
     lit.others[i].others.clear();
   }
 }

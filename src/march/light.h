@@ -70,6 +70,10 @@ using TakeLight =
 using LightDepths = std::function<void(std::span<const Beam> beams, LightBlocks blocks,
                                        const TakeLight& take, const Progress& progress)>;
 
+/// The progress of a part of the work, which begins at `begin` and is `size` of the whole. It calls
+/// `progress`, which must outlive it.
+Progress part_of(const Progress& progress, double begin, double size);
+
 /// Depths of several beams, found for one beam after another.
 LightDepths one_by_one(BeamDepths depths);
 
@@ -114,8 +118,6 @@ class LitLuminance {
   double brightest() const;
   /// Channels of the lit medium's luminance.
   int channels() const { return common_ ? 1 : 3; }
-  /// Whether it is made of the density's values, beside their optical depths.
-  bool reads_density() const;
   /// Whether the camera changes it: there are several phases, so each voxel has its own.
   bool sees_camera() const { return g_ != 0 && !by_ray_; }
 

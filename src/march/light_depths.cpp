@@ -55,16 +55,20 @@ class MarchedDepths {
 
 }  // namespace
 
+Progress part_of(const Progress& progress, double begin, double size) {
+  if (!progress) return {};
+  return [&progress, begin, size](double done) { progress(begin + size * done); };
+}
+
 LightDepths one_by_one(BeamDepths depths) {
   return [depths = std::move(depths)](std::span<const Beam> beams, LightBlocks blocks,
                                       const TakeLight& take, const Progress& progress) {
+    const double share = 1 / double(beams.size());
     for (std::size_t b = 0; b < beams.size(); ++b)
       depths(
           beams[b], blocks,
           [&](std::size_t block, std::span<const double> part) { take(b, block, part); },
-          [&](double done) {
-            if (progress) progress((double(b) + done) / double(beams.size()));
-          });
+          part_of(progress, share * double(b), share));
   };
 }
 

@@ -58,10 +58,8 @@ void VolumeDepths::pass(std::size_t volume, std::size_t from, const Beam& beam, 
 LightDepths VolumeDepths::at(std::size_t volume) const {
   return one_by_one([this, volume](const Beam& beam, LightBlocks blocks, const TakeDepths& take,
                                    const Progress& progress) {
+    const double share = 1 / double(volumes_.size());
     double passed = 0;
-    const Progress part = [&](double done) {
-      if (progress) progress((passed + done) / double(volumes_.size()));
-    };
     // what other volumes hide, in the blocks that they do hide
     std::vector<std::unique_ptr<BlockSums>> hidden(blocks.size());
     const TakeDepths add = [&](std::size_t block, std::span<const double> depths) {
@@ -72,8 +70,8 @@ LightDepths VolumeDepths::at(std::size_t volume) const {
     };
     for (std::size_t other = 0; other < volumes_.size(); ++other) {
       if (other == volume || !volumes_[other].atlas) continue;
-      pass(other, volume, beam, blocks, add, part);
-      passed += 1;
+      pass(other, volume, beam, blocks, add, part_of(progress, passed, share));
+      passed += share;
     }
     const TakeLight take_all = [&](std::size_t, std::size_t block, std::span<const double> depths) {
       if (!hidden[block]) return take(block, depths);
@@ -82,7 +80,7 @@ LightDepths VolumeDepths::at(std::size_t volume) const {
                              [](double depth, float behind) { return depth + double(behind); });
       take(block, sums);
     };
-    volumes_[volume].own({&beam, 1}, blocks, take_all, part);
+    volumes_[volume].own({&beam, 1}, blocks, take_all, part_of(progress, passed, share));
   });
 }
 

@@ -61,12 +61,12 @@ std::string command_of(Scene scene, const Camera& camera) {
 /// slice, which has none.
 std::string error_text(const Drawn& drawn) {
   std::string text;
-  if (drawn.scene.shows(Shows::plane)) return text;
+  if (drawn.view.scene.shows(Shows::plane)) return text;
   if (drawn.plan && drawn.plan->rays > 0)
     text = formatted("estimated error RMS %.1e", drawn.plan->chosen.rms);
-  if (drawn.scene.tolerance)
-    text +=
-        (text.empty() ? "tolerance " : ", tolerance ") + formatted("%g", *drawn.scene.tolerance);
+  if (drawn.view.scene.tolerance)
+    text += (text.empty() ? "tolerance " : ", tolerance ") +
+            formatted("%g", *drawn.view.scene.tolerance);
   return text;
 }
 
@@ -134,12 +134,12 @@ Json scene_json(const View& view, const Drawn& drawn, const gl::WebMarch& march,
           {"error", error_text(drawn)},
           {"credit", options.credit},
           {"version", PSIVOX_VERSION},
-          {"command", command_of(drawn.scene, view.camera)},
+          {"command", command_of(drawn.view.scene, view.camera)},
           {"size", {scene.resolution.x, scene.resolution.y}},
           {"exposure", scene.exposure.value_or(0)},
           {"tone_map", int(scene.tone_map)},
           {"background", scene.background ? json_of(scene.background->color) : Json()},
-          {"contrast", contrast_json(drawn.scene, view)},
+          {"contrast", contrast_json(drawn.view.scene, view)},
           {"camera", camera_json(view)},
           {"march", march_json(view, march)}};
 }
@@ -202,36 +202,32 @@ std::string page_obstacle(const Scene& scene) {
   return {};
 }
 
-void check_page(Session& session, const PageOptions& options) {
-  if (const std::string obstacle = page_obstacle(session.view().scene); !obstacle.empty())
+void check_page(Session& session, const Scene& scene, const PageOptions& options) {
+  if (const std::string obstacle = page_obstacle(scene); !obstacle.empty())
     throw Error(ExitCode::usage, obstacle);
-  if (session.view().scene.shows(Shows::plane)) return;  // its bricks are few
+  if (scene.shows(Shows::plane)) return;  // its bricks are few
   double bytes = 0, least = 0;
-  const auto textures = [&](TexelType texel) { return gl::web_textures(session.atlas(texel)); };
-  const View& view = session.view();
-  for (const gl::WebTexture& texture : textures(view.scene.texel))
+  const auto textures = [&](const Scene& of) { return gl::web_textures(session.atlas(of)); };
+  for (const gl::WebTexture& texture : textures(scene))
     for (const gl::WebNumbers& some : texture.channels) bytes += double(some.bytes.size());
   if (bytes < options.limit_mb * megabyte) return;  // it will be smaller
-  const bool chooses = view.scene.tolerance && may_be_coded(view);
-  for (const gl::WebTexture& texture : textures(chooses ? TexelType::code7 : view.scene.texel))
+  View view = session.view();
+  view.scene = scene;
+  if (scene.tolerance && may_be_coded(view)) view.scene.texel = TexelType::code7;
+  for (const gl::WebTexture& texture : textures(view.scene))
     for (const std::string& text : packed(texture)) least += double(text.size());
   check_size(least, options);
 }
 
 std::string page_text(Session& session, const Drawn& drawn, const PageOptions& options) {
-  View view = session.view();
   const PlannedMarch* const planned = drawn.plan ? drawn.plan->march.get() : nullptr;
-  if (planned)
-    view = planned->view;
-  else
-    view.scene = drawn.scene;
-  view.camera = make_camera(drawn.scene, *view.subject);
-  view.scene.background = drawn.scene.background;
+  View view = planned ? planned->view : drawn.view;
+  view.scene.background = drawn.view.scene.background;
   if (!view.scene.exposure) view.scene.exposure = auto_exposure(drawn.image, view.scene.tone_map);
   gl::WebMarch march;
   const std::optional<MediumAtlas> sliced = slice_atlas(view);
   const MediumAtlas& atlas =
-      sliced ? *sliced : session.atlas(view.scene.texel, planned ? planned->code_widths : nullptr);
+      sliced ? *sliced : session.atlas(view.scene, planned ? planned->code_widths : nullptr);
   make_web_march(view, atlas, planned ? planned->brick_steps : nullptr,
                  layer_obstacle("depth", view.scene).empty(), march);
   std::string data =

@@ -10,7 +10,6 @@
 #include "psivox/error.h"
 #include "psivox/open.h"
 #include "psivox/picture_file.h"
-#include "scene/cuts.h"
 
 namespace psivox::python {
 namespace {
@@ -144,10 +143,8 @@ Scene Drawing::in_look(const Scene& given, Scene scene) const {
 }
 
 Picture Drawing::finish(Drawn drawn, const Wish& wish, const PictureWords& wanted) {
-  View view = session_->view();
+  View view = std::move(drawn.view);
   if (wish.scene) {
-    view.scene = with_planes(drawn.scene, *view.subject);
-    view.camera = make_camera(view.scene, *view.subject);
     keep_camera(view.scene, view.camera);
     view.scene.up_axis = z_is_up(view.scene, *view.subject) ? UpAxis::z : UpAxis::y;
   }
@@ -177,15 +174,13 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
   const DrawingThread drawing(drawing_);
   const Scene given = scene_of(words, *file_, given_);
   check(given, wanted);
-  // pixels are checked in the session's own scene
-  if (!is_prepared(given) || (wanted.check_error > 0 && !is_same(in_look(given, looked_), own_)))
-    prepare(given, progress);
+  if (!is_prepared(given)) prepare(given, progress);
   Wish wish;
   if (!is_same(in_look(given, looked_), own_)) wish.scene = in_look(given, session_->view().scene);
   wish.layers = layers_of(wanted.layers);
   wish.fewest_bytes = wanted.page.has_value();
-  wish.progress = over_stages(progress, session_->view().medium.light.has_value());
-  if (wanted.page) check_page(*session_, *wanted.page);
+  wish.progress = over_stages(progress);
+  if (wanted.page) check_page(*session_, wish.scene.value_or(session_->view().scene), *wanted.page);
   try {
     if (lease_ && !lease_->fits(given)) lease_.reset();
     if (!lease_) lease_.emplace(given);
@@ -194,13 +189,14 @@ Picture Drawing::draw(const SceneWords& words, const PictureWords& wanted,
     lease_->large = drawn.atlas.bytes() > large_atlas;
     std::optional<CheckedError> checked;
     if (wanted.check_error > 0)
-      checked = session_->check_error(drawn.image, wanted.check_error,
-                                      [&](Stage, double) { progress(1); });
+      checked =
+          session_->check_error(drawn, wanted.check_error, [&](Stage, double) { progress(1); });
     const bool by_look = !gives_background_ && !words.give("background");
     std::string page;
     if (wanted.page) {
-      if (by_look) drawn.scene.background = look_background_;
+      if (by_look) drawn.view.scene.background = look_background_;
       page = page_text(*session_, drawn, *wanted.page);
+      if (by_look) drawn.view.scene.background.reset();
     }
     Picture picture = finish(std::move(drawn), wish, wanted);
     if (!by_look) picture.look_background.reset();

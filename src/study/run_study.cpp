@@ -118,12 +118,12 @@ class StudyRun {
       : options_(options),
         pictures_(std::move(view), options),
         plan_(plan_study(options.sweep, pictures_.scene)),
-        base_(new_results(pictures_.view(), description(*pictures_.gpu), options.repeats)),
+        base_(new_results(pictures_.session.view(), description(*pictures_.gpu), options.repeats)),
         cost_(options_, plan_, pictures_.scene) {}
 
   void run() {
     refuse_nothing();
-    pictures_.prepare(*pictures_.by_reference, plan_.variants.front());
+    pictures_.session.prepare(*pictures_.by_reference, pictures_.wish_of(plan_.variants.front()));
     check_volume();
     resume();
     for (const char* folder : {pictures_folder, differences_folder})
@@ -211,7 +211,7 @@ class StudyRun {
       const auto [reason, is_new] =
           reasons.try_emplace({variant.texel, variant.method.sampling, variant.method.step});
       try {
-        if (is_new) pictures_.prepare(*pictures_.gpu, variant);
+        if (is_new) pictures_.session.prepare(*pictures_.gpu, pictures_.wish_of(variant));
       } catch (const Error& error) {
         if (error.code() != ExitCode::input && error.code() != ExitCode::usage) throw;
         reason->second = error.what();
@@ -246,7 +246,7 @@ class StudyRun {
   /// Says why there is nothing in the picture, if that is so.
   void say_blank() {
     const std::string reason =
-        blank_reason(pictures_.view(), pictures_.reference(plan_.variants.front()));
+        blank_reason(pictures_.session.view(), pictures_.reference(plan_.variants.front()));
     if (options_.say && !reason.empty()) options_.say(reason);
   }
 
@@ -270,11 +270,11 @@ class StudyRun {
     if (points_[i]) point.times = points_[i]->times;
 
     Wish wish = pictures_.wish_of(variant);
-    Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
+    Drawn drawn = pictures_.session.draw(*pictures_.gpu, wish);
     wish.plan = drawn.plan;
     wish.count = true;
     wish.confirm = false;
-    const RenderStats counts = pictures_.draw(*pictures_.gpu, wish).stats;
+    const RenderStats counts = pictures_.session.draw(*pictures_.gpu, wish).stats;
     const Image& reference = pictures_.reference(variant);
     if (drawn.plan) {
       point.chosen = variant_of(drawn.plan->chosen.method, variant.resolution);
@@ -290,7 +290,7 @@ class StudyRun {
     point.difference_scale = point.error.full_color();
     if (options_.split) {
       wish.count = false;
-      const Image exact = pictures_.draw(*pictures_.by_double, wish).image;
+      const Image exact = pictures_.session.draw(*pictures_.by_double, wish).image;
       point.step_error = picture_error(exact, reference);
       point.arithmetic = picture_error(drawn.image, exact);
     }
@@ -307,7 +307,7 @@ class StudyRun {
   void settle() {
     constexpr double background_ms = 200;
     const Stopwatch watch;
-    do pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants.front()));
+    do pictures_.session.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants.front()));
     while (watch.ms() < background_ms);
   }
 
@@ -315,7 +315,7 @@ class StudyRun {
     const Variant& variant = plan_.variants[i];
     Wish wish = pictures_.wish_of(variant);
     wish.confirm = false;
-    const Drawn drawn = pictures_.draw(*pictures_.gpu, wish);
+    const Drawn drawn = pictures_.session.draw(*pictures_.gpu, wish);
     const RenderStats& stats = drawn.stats;
     const PreparationTimes& before = drawn.times;
     points_[i]->times.push_back(
@@ -332,7 +332,7 @@ class StudyRun {
           std::abs(points_[j]->rms() - point.rms()) > rounding)  // triangle inequality
         continue;
       const Image other =
-          pictures_.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants[j])).image;
+          pictures_.session.draw(*pictures_.gpu, pictures_.wish_of(plan_.variants[j])).image;
       if (picture_error(other, image).rms() <= rounding) return variant_name(plan_.variants[j]);
     }
     return {};

@@ -61,8 +61,8 @@ bool is_opaque(const Image& image) {
 
 StudyPictures::StudyPictures(View view, const StudyOptions& options)
     : options_(options),
-      session_(shared_view(std::move(view))),
-      scene(session_.view().scene),
+      session(shared_view(std::move(view))),
+      scene(session.view().scene),
       gpu(open_gpu({.device = scene.device})),
       by_double(open_double()),
       by_reference(open_reference()) {}
@@ -90,7 +90,7 @@ Image StudyPictures::make_reference(const Variant& variant) {
     const EarlierOutput drawn;
     if (read_metadata(path, "psivox:scene") == text) return read_image(path);
   }
-  Image image = session_.draw(*by_reference, wish).image;
+  Image image = session.draw(*by_reference, wish).image;
   image.metadata["psivox:scene"] = text;
   write_image(image, path);
   return image;
@@ -112,7 +112,7 @@ CostTrial StudyPictures::trial(const Variant& variant) {
   constexpr int part = 8;
   const auto seconds = [&](Marcher& marcher, const Wish& wish) {
     const Stopwatch watch;
-    session_.draw(marcher, wish);
+    session.draw(marcher, wish);
     return watch.ms() / 1e3;
   };
   const Wish whole = wish_of(variant);
@@ -128,7 +128,7 @@ CostTrial StudyPictures::trial(const Variant& variant) {
 }
 
 Legend StudyPictures::legend(const glm::ivec2& resolution) const {
-  View own = session_.view();
+  View own = session.view();
   own.scene.resolution = resolution;
   own.camera = make_camera(own.scene, *own.subject);
   return legend_of(own);
@@ -143,9 +143,9 @@ void StudyPictures::write_turning_page() {
   wish.scene = with_default_tolerance(scene);
   wish.fewest_bytes = true;
   if (!page_obstacle(*wish.scene).empty()) return;
-  const Drawn drawn = draw(*gpu, wish);
+  const Drawn drawn = session.draw(*gpu, wish);
   try {
-    const std::string page = page_text(session_, drawn, {.limit_mb = 2});
+    const std::string page = page_text(session, drawn, {.limit_mb = 2});
     write_text((options_.folder / turning_name).string(), page);
   } catch (const Error& error) {
     if (error.code() != ExitCode::usage && error.code() != ExitCode::memory) throw;

@@ -35,10 +35,7 @@ class StudyPictures {
   /// `options` must outlive it.
   StudyPictures(View view, const StudyOptions& options);
 
-  const View& view() const { return session_.view(); }
   Wish wish_of(const Variant& variant) const;
-  void prepare(Marcher& by, const Variant& variant) { session_.prepare(by, wish_of(variant)); }
-  Drawn draw(Marcher& by, const Wish& wish) { return session_.draw(by, wish); }
   /// The reference for the variant's resolution, which it also writes to the folder.
   const Image& reference(const Variant& variant);
   /// Times a variant. Marches on the CPU are tried with a 64th of the pixels.
@@ -56,10 +53,10 @@ class StudyPictures {
   Legend legend(const glm::ivec2& resolution) const;
 
   const StudyOptions& options_;
-  Session session_;
   std::map<std::string, Image> references_;  ///< by reference_name(variant)
 
  public:
+  Session session;
   const Scene scene;  ///< without the parameters that the sweep sets
   const std::shared_ptr<Marcher> gpu, by_double, by_reference;
   double reference_bound = 0;  ///< of all references until now

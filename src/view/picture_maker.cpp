@@ -242,50 +242,31 @@ void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const Don
   news_.state.begun = wish.number;
 }
 
-Wish PictureMaker::exact_wish(const PictureWish& wish, std::size_t side) {
+Image PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
   Wish exact;
   exact.scene = wish.scenes[side];
   exact.tile_ms = tile_ms;
-  const double share = 1 / double(wish.scenes.size()), first = double(side) * share;
-  exact.progress = [this, number = wish.number, first, share](psivox::Stage entered,
-                                                              double fraction) {
-    check_current(number);
-    if (entered == psivox::Stage::marching) {
-      stage("refining", first + fraction * share);
-      on_news_();
-    } else {
-      stage(stage_text(entered), fraction);
-    }
-  };
-  return exact;
-}
-
-Image PictureMaker::refine_side(const PictureWish& wish, std::size_t side) {
-  Wish exact = exact_wish(wish, side);
   ask_for(wish.layer, exact);
   Scene& scene = *exact.scene;
   const bool picture = wish.layer == ShownLayer::picture;
   // of the reference's layers there is `error` alone
   if (scene.renderer == RendererKind::reference && !picture && !exact.layers.error)
     scene.renderer = RendererKind::gl;
-  const bool in_tiles = picture && scene.renderer == RendererKind::gl && !scene.shows(Shows::plane);
+  const bool by_gpu = scene.renderer == RendererKind::gl;
+  const double share = 1 / double(wish.scenes.size()), first = double(side) * share;
+  exact.progress = [&](psivox::Stage entered, double fraction) {
+    check_current(wish.number);
+    if (entered != psivox::Stage::marching) return stage(stage_text(entered), fraction);
+    stage("refining", first + fraction * share);
+    on_news_();
+  };
+  const bool in_tiles = picture && by_gpu && !scene.shows(Shows::plane);
   if (in_tiles) exact.tile = [&](const DoneTile& tile) { add_part(wish, side, tile); };
-  Image image = draw(wish, side, exact).image;
-  if (picture && !in_tiles) add_part(wish, side, whole(image));
-  return image;
-}
-
-Drawn PictureMaker::draw(const PictureWish& wish, std::size_t side, const Wish& exact) {
-  Session* session = wish.volume->session.get();
-  std::shared_ptr<Marcher> marcher = gpu_;
+  // the light of other marchers is their own, as the command's is
   std::optional<Session> own;
-  if (exact.scene->renderer != RendererKind::gl) {
-    marcher = open_marcher(*exact.scene);
-    // their light is their own, as the command's is
-    if (wish.volume->scene.lit())
-      session = &own.emplace(open_scene(*exact.scene, wish.volume->fields).view);
-  }
-  Drawn drawn = session->draw(*marcher, exact);
+  if (!by_gpu && wish.volume->scene.lit()) own.emplace(open_scene(scene, wish.volume->fields).view);
+  const std::shared_ptr<Marcher> marcher = by_gpu ? gpu_ : open_marcher(scene);
+  Drawn drawn = (own ? *own : *wish.volume->session).draw(*marcher, exact);
   std::optional<double> rms;
   if (drawn.plan && drawn.plan->rays > 0) rms = drawn.plan->chosen.rms;
   if (drawn.difference) rms = drawn.difference->rms;
@@ -293,7 +274,8 @@ Drawn PictureMaker::draw(const PictureWish& wish, std::size_t side, const Wish& 
     const std::lock_guard lock(mutex_);
     news_.state.estimated_rms = rms;
   }
-  return drawn;
+  if (picture && !in_tiles) add_part(wish, side, whole(drawn.image));
+  return std::move(drawn.image);
 }
 
 }  // namespace psivox::view

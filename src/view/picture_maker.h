@@ -177,12 +177,9 @@ class PictureMaker : public Worker {
   void check_current(std::uint64_t number) const;
 
   void refine(const PictureWish& wish);
-  /// Draws one side. The parts of a picture go to the window; the colours of a layer depend on
-  /// both.
+  /// Draws one side of a comparison. The parts of a picture go to the window; the colours of a
+  /// layer depend on both sides.
   Image refine_side(const PictureWish& wish, std::size_t side);
-  /// The wish to the session for one side of a comparison. The window shows its progress.
-  Wish exact_wish(const PictureWish& wish, std::size_t side);
-  Drawn draw(const PictureWish& wish, std::size_t side, const Wish& exact);
   void add_part(const PictureWish& wish, std::size_t side, const DoneTile& tile);
 
   /// Ends the making of a picture that nobody wants any more.
