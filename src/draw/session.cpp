@@ -33,6 +33,7 @@
 //   check       the picture, the view, the plan, the light  -
 
 namespace psivox {
+
 struct Session::Impl {
   Impl(View given, bool for_one_picture) : view(std::move(given)), is_for_one(for_one_picture) {
     if (!view.scene.environment.empty())
@@ -64,7 +65,7 @@ struct Session::Impl {
   Drawn draw(Marcher& marcher, const Wish& wish);
 
   // --- memory
-  /// Whether stages may take the memory of what they are made from.
+  /// Whether stages may take the memory of what they are made of, so that it goes.
   bool may_take(const Wish& wish) const {
     const Layers& layers = wish.layers;
     return is_for_one && !layers.error && !layers.bound && !layers.deep;
@@ -89,12 +90,12 @@ struct Session::Impl {
   /// Draws in parts, after the device was too small for the whole.
   Drawn draw_smaller(Marcher& marcher, const Wish& wish, const DeviceFull& failure);
 
-  View view;
+  View view;  ///< without light
   NamedHoldout holdout;
-  Kept<bool, MediumAtlas> kept_bricks;
-  Kept<Box, Field> kept_part;  ///< the density in a member's own bricks
+  Kept<bool, MediumAtlas> kept_bricks;  ///< by whether they are of every value
+  Kept<Box, Field> kept_part;           ///< the density in a member's own bricks
   Lighting lighting;
-  Kept<bool, MediumAtlas> kept_lit;                      ///< in the light that is there
+  Kept<bool, MediumAtlas> kept_lit;                      ///< the bricks in the light that is there
   Kept<std::vector<CodeWidth>, MediumAtlas> kept_codes;  ///< of the bricks made last
   std::optional<double> memory_limit;  ///< found when the device was full [bytes, host and device]
   const bool is_for_one;               ///< the session draws one picture
@@ -249,27 +250,28 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   View wanted = viewed(wish, stands(marcher, wish));
   PartMarcher parts = split(marcher, wanted, wish);
   const bool slice = wanted.scene.shows(Shows::plane), deep = wish.layers.deep;
-  const bool marches = marcher.marches() && !slice, whole = marches && parts.whole();
+  const bool marches = marcher.marches() && !slice && !deep;
   if (deep) check_deep(wanted.scene, parts);
   if (!slice) light(parts, wanted, light_need(marcher, wanted.scene, wish), wish.progress);
 
   std::optional<MarchPlan> chosen;
   if (!deep) chosen = wish.plan;
   // a plan for the whole may have steps of its bricks
-  if (marches && !deep && wanted.scene.tolerance && !(chosen && parts.whole()))
+  if (marches && wanted.scene.tolerance && !(chosen && parts.whole()))
     chosen = plan(parts, wanted, wish);
   std::shared_ptr<const MediumAtlas> grids;
-  if (whole && !deep) enter(wish.progress, Stage::uploading);
-  if (whole)
-    grids = deep ? lit_bricks(wanted.scene)
-                 : stored(wanted.scene, chosen ? chosen->march->code_widths : nullptr);
+  if (deep) grids = lit_bricks(wanted.scene);
+  if (marches && parts.whole()) {
+    enter(wish.progress, Stage::uploading);
+    grids = stored(wanted.scene, chosen ? chosen->march->code_widths : nullptr);
+  }
 
   Picture picture(parts, wanted, wish, std::move(chosen));
   picture.march(grids);
   Drawn& drawn = picture.drawn();
   if (wanted.medium.lit) drawn.light = lighting.description();
   if (grids) drawn.atlas = grids->size();
-  if (marches && !deep) {
+  if (marches) {
     picture.confirm_plan();
     if (wish.layers.error) {
       // light four times as exact: its remaining error changes the estimate by 3 %
