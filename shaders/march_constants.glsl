@@ -7,7 +7,8 @@ CONSTANT(bool, veils)             // a surface is not opaque
 CONSTANT(int, luminance_source)   // LuminanceSource
 CONSTANT(bool, octants)           // rays pass over octants of bricks that their entries say are hidden
 CONSTANT(bool, absent_voxels)     // some of the density's values are NaN: a cell with one is vacuum
-CONSTANT(bool, nearest)           // voxels are cells of one value, and so is light beside the density
+CONSTANT(bool, nearest)           // voxels are cells of one value
+CONSTANT(bool, lit_voxels)        // and so are those of the luminance, which is light
 CONSTANT(bool, coded)             // the density's bricks are codes
 CONSTANT(int, one_width)          // CodeWidth of all of them; -1: not the same
 CONSTANT(bool, paired)            // luminance is stored beside the density, in the same bricks

@@ -37,7 +37,7 @@ real4 fetch_four(int grid, int i) {
 // Whether a cell of the grid has one value, that of the voxel at its first corner. The ray then runs
 // half a voxel beside the grid, so that each voxel is the middle of its cell.
 bool by_voxel(int grid) {
-  return nearest && (grid == density_grid || grid == gradient_grid || (paired && grid == luminance_grid));
+  return nearest && (grid == density_grid || grid == gradient_grid || (lit_voxels && grid == luminance_grid));
 }
 
 #include "codes.glsl"

@@ -6,6 +6,7 @@
 
 #include "light_cases.h"
 #include "march_cases.h"
+#include "psivox/parameters.h"
 
 namespace psivox {
 namespace {
@@ -192,6 +193,19 @@ TEST_F(LitFunction, ColoursInLightAreThoseOfTheReference) {
     EXPECT_LE(difference("reference", image, render_reference(view).image).max, 1e-5);
     EXPECT_LE(difference("GPU", gl_picture(view), image).rms, 2e-6);
   }
+}
+
+TEST_F(LitFunction, LabelsInAnOutsideThatAttenuatesAreThoseOfTheReference) {
+  Scene scene = lit_scene({0.3, -1, 0.2}, 32);
+  scene.colormap = Colormap::viridis;
+  scene.classification = Classification::nearest;
+  scene.integrator = Integrator::cell_exact;
+  set_parameter(scene, "opacity", "0:1,1:0");
+  const View view = lit_in_double(view_of(scene, mixed()));
+  const Image image = double_picture(view);
+  expect_content(image);
+  EXPECT_LE(difference("reference", image, render_reference(view).image).max, 1e-6);
+  EXPECT_LE(difference("GPU", gl_picture(view), image).rms, 2e-6);
 }
 
 TEST(Lit, AmbientLightHasNoPhase) {

@@ -67,12 +67,14 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
   const PerGrid<const Field*> fields = fields_of(medium);
   setup.constants.nearest = medium.nearest && view.scene.resolved_sampling() != Sampling::template_;
+  setup.constants.lit_voxels = setup.constants.nearest && medium.lit;
   const auto place = [&](std::size_t id, glsl::Grid& numbers, int& levels, int& channels) {
     if (!grids[id] || !fields[id]) return;
     const double unit = setup.parameters.world_unit;
     RayBundle bundle = make_ray_bundle(view.camera, *fields[id], *medium.density);
-    const bool shifted = id == density_grid || (id == luminance_grid && medium.lit);
-    if (setup.constants.nearest && shifted) bundle.anchor_0 += 0.5;  // voxels are cells
+    if (id == density_grid ? setup.constants.nearest
+                           : id == luminance_grid && setup.constants.lit_voxels)
+      bundle.anchor_0 += 0.5;  // voxels are cells
     numbers = grid_numbers(bundle, *grids[id], unit);
     if (id >= emission_grid) numbers.scale = medium.emission[id - emission_grid].scale * unit;
     levels = grids[id]->pages.levels;
