@@ -62,7 +62,6 @@ March begin_march(Ray ray) {
                   real(0.0), real3(real(0.0)));
   m.step_error = real(0.0);
   m.cell = cell_at(ray, ray.begin, density.domain_min, density.domain_max);
-  if (in_part) m.cell = cell_between_faces(ray, ray.begin, m.cell);
   m.lattice = 0;
   m.known = false;
   m.vacuum = false;

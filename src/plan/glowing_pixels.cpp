@@ -18,6 +18,18 @@ glm::ivec2 pixel_of(const View& view, const glm::ivec3& voxel) {
   return box.empty() ? glm::ivec2(-1) : box.origin + box.size / 2;
 }
 
+/// Adds 8 x 8 pixels of those that may show a field, or all of fewer.
+void add_spread(View& view, const std::shared_ptr<const Field>& field,
+                std::vector<glm::ivec2>& pixels) {
+  view.medium.density = field;
+  const Box domain = field->domain();
+  const PixelBox box = pixels_of(view, glm::dvec3(domain.min), glm::dvec3(domain.max));
+  const glm::ivec2 count = glm::min(box.size, glm::ivec2(8));
+  for (int y = 0; y < count.y; ++y)
+    for (int x = 0; x < count.x; ++x)
+      pixels.push_back(box.origin + (2 * glm::ivec2(x, y) + 1) * box.size / (2 * count));
+}
+
 struct Glow {
   float value = 0;
   glm::ivec2 pixel{0};
@@ -55,6 +67,10 @@ std::vector<glm::ivec2> glowing_pixels(const View& view, const MediumAtlas& atla
   std::vector<glm::ivec2> pixels;
   for (const Glow& glow : brightest)
     if (glow.value > 0) pixels.push_back(glow.pixel);
+  for (const Medium& other : view.medium.others) {
+    add_spread(from, other.density, pixels);
+    for (const Emission& own : other.emission) add_spread(from, own.field, pixels);
+  }
   return pixels;
 }
 

@@ -63,7 +63,7 @@ class Pilot {
   const Backdrop& behind() const { return behind_; }
   /// What the exact method misses if its rays end as the picture's do.
   const RayErrors& exact_errors() const { return exact_errors_; }
-  /// Pixels of the picture that emit more than what the pilot's rays let expect.
+  /// Pixels of the picture that are brighter than what the pilot's rays let expect.
   const std::vector<SeenPixel>& unmet() const { return unmet_; }
   /// Rays that show anything.
   int telling_rays() const;
@@ -93,7 +93,7 @@ class Pilot {
 View pilot_view(const View& view);
 
 /// Pixels whose rays meet what may be bright: of the voxels that emit most, at most one in each of
-/// 64 parts of the picture.
+/// 64 parts of the picture, and 64 of each further volume.
 std::vector<glm::ivec2> glowing_pixels(const View& view, const MediumAtlas& atlas);
 
 }  // namespace psivox

@@ -22,8 +22,8 @@ constexpr int fewest_telling = 32;
 constexpr double pilot_safety = 0.8, worst_ray = 4;
 
 /// How much a brick that no ray of the pilot meets may miss, by its bound [tolerances]. The second
-/// value is the first one tried for bricks that keep narrower steps than they must, so that the
-/// step elsewhere can be wider.
+/// value is for bricks that keep narrower steps than they must, so that the step elsewhere can be
+/// wider.
 constexpr double worst_brick = 64, narrow_brick = 16;
 
 /// The part of what a method may miss at which lattices aim, and how much wider one must be to be
@@ -144,7 +144,10 @@ class Search {
 
   void try_exact() {
     const Method method = exact_method(view_);
-    if (view_.medium.gradient) return (void)run(method);  // it misses something
+    if (view_.medium.gradient) {  // it misses something
+      run(method);
+      return;
+    }
     Tried tried{{.method = method}, view_of(method, 0)};
     measure(tried, pilot_->exact_errors());
     consider(tried);
