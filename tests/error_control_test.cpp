@@ -172,7 +172,7 @@ TEST(PlanMarch, ASparkThatNoPilotRayMeetsIsNotLost) {
   const Comparison error = achieved(plan, atlas);
   EXPECT_LE(error.max, 0.3) << method_text(plan.chosen.method);
   // a lattice as wide as the fog allows misses it
-  View wide = with_method(view, lattice(8));
+  View wide = with_method(view, lattice(view.medium, 8));
   wide.scene.tolerance.reset();
   const Comparison lost =
       compare_images(render_march_double(wide, atlas).image, render_reference(wide).image);

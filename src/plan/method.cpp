@@ -58,8 +58,11 @@ View exact_view(const View& view) {
   return exact;
 }
 
-Method lattice(double step) {
-  return {.integrator = Integrator::midpoint, .sampling = Sampling::uniform, .step = step};
+Method lattice(const Medium& medium, double step) {
+  const bool glows = !medium.emission.empty();
+  return {.integrator = glows ? Integrator::midpoint : Integrator::psi_balanced,
+          .sampling = Sampling::uniform,
+          .step = step};
 }
 
 double look_up_cost(const MethodView& marched, bool paired) {

@@ -25,8 +25,9 @@ View exact_view(const View& view);
 /// Whether the medium of a voxel is homogeneous, so that a homogeneous step through it is exact.
 bool has_plain_voxels(const Medium& medium);
 
-/// Uniform steps of so many voxels by `midpoint`, which looks up least for its error.
-Method lattice(double step);
+/// Uniform steps of so many voxels by `psi-balanced`, Moreland's weighted opacity; with emission by
+/// `midpoint`, which looks up less there.
+Method lattice(const Medium& medium, double step);
 
 /// Time of one look-up of a method, with its share of the loop, relative to psi-balanced between
 /// uniform samples. `paired`: the luminance is stored beside the density. Measured on llvmpipe by

@@ -191,7 +191,7 @@ Trial Search::find_lattice(double widest, double brick) {
   double step = widest, failed = HUGE_VAL, missed = HUGE_VAL;
   Trial found;
   while (step >= narrowest_step) {
-    const Trial trial = run(lattice(step), brick);
+    const Trial trial = run(lattice(view_.medium, step), brick);
     const double ratio = std::sqrt(aimed_error / excess(trial));
     if (trial.accepted && !(found.accepted && trial.cost >= found.cost)) {
       found = trial;
