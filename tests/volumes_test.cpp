@@ -65,10 +65,13 @@ TEST_F(VolumesOnTheGpu, AgreeWithTheReferenceOnLatticesOfTheirOwn) {
   Scene scene = scene_with(slab_and_blobs());
   scene.texel = TexelType::float32;
   scene.early_termination = 0;
-  const Image reference = drawn(scene, *open_reference());
-  EXPECT_LE(compare_images(drawn(scene, *open_double()), reference).max,
-            3e-7);  // texels are float32
-  EXPECT_LE(compare_images(drawn(scene, *Gpu::renderer()), reference).rms, 2e-7);
+  for (const Classification how : {Classification::post, Classification::nearest}) {
+    scene.classification = how;  // of the first
+    const Image reference = drawn(scene, *open_reference());
+    EXPECT_LE(compare_images(drawn(scene, *open_double()), reference).max,
+              3e-7);  // texels are float32
+    EXPECT_LE(compare_images(drawn(scene, *Gpu::renderer()), reference).rms, 2e-7);
+  }
 }
 
 TEST_F(VolumesOnTheGpu, AreVacuumWhereOneHasNoData) {

@@ -195,7 +195,9 @@ std::vector<Medium> further_volumes(const Medium& first, const MediumFields& fie
     throw Error(ExitCode::usage, "--and needs a first volume whose --extinction is above 0");
   std::vector<Medium> all;
   for (std::string& text : scene.volumes) {
-    const Scene own = scene_of_volume(scene, text);
+    Scene own = scene_of_volume(scene, text);
+    // labels are the first volume's: a further one has no function that tells them apart
+    if (own.classification == Classification::nearest) own.classification = Classification::post;
     const MediumFields used = used_fields(own, fields.others[all.size()]);
     check_density(*used.density);
     check_in_memory(*used.density);
