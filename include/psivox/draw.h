@@ -25,7 +25,7 @@ struct MediumAtlas;
 enum class CodeWidth : std::uint8_t;
 
 /// Why the light of a view takes more than the memory for its grids, in one line; empty: it does
-/// not. Of a density whose values stay in the file it is not known.
+/// not, or the density's values stay in the file, and how much of it is visible is not known.
 std::string light_obstacle(const View& view);
 
 /// Lets another thread use the marcher. The thread that has used it calls this.
