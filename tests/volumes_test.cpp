@@ -74,6 +74,18 @@ TEST_F(VolumesOnTheGpu, AgreeWithTheReferenceOnLatticesOfTheirOwn) {
   }
 }
 
+TEST_F(VolumesOnTheGpu, AreSeenUpToTheFacesThatEndBoth) {
+  Scene scene = scene_with({assets + "slab.vdb extinction=2"});
+  scene.input = assets + "slab.vdb";
+  scene.texel = TexelType::float32;
+  scene.early_termination = 0;
+  scene.classification =
+      Classification::nearest;  // the first one's rays run half a voxel beside it
+  const Image reference = drawn(scene, *open_reference());
+  EXPECT_LE(compare_images(drawn(scene, *open_double()), reference).max, 3e-7);
+  EXPECT_LE(compare_images(drawn(scene, *Gpu::renderer()), reference).rms, rounding);
+}
+
 TEST_F(VolumesOnTheGpu, AreVacuumWhereOneHasNoData) {
   std::string ball =
       "NRRD0004\ntype: float\ndimension: 3\nsizes: 12 12 12\nencoding: raw\nendian: little\n\n";

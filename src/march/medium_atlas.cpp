@@ -130,7 +130,10 @@ AtlasOptions density_options(const View& view) {
   options.own_texels = medium.light || medium.lit;  // its light is stored beside it
   options.mark_octants = true;
   const auto walk = [&](const Field& other) {
-    for (const Box& box : where_values_are(other, *medium.density)) options.walked.push_back(box);
+    for (Box box : where_values_are(other, *medium.density)) {
+      if (medium.nearest) box.max += 1;  // rays run half a voxel beside the density
+      options.walked.push_back(box);
+    }
   };
   for (const Emission& emission : medium.emission) walk(*emission.field);
   for (const Medium& other : medium.others) {
