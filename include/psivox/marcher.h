@@ -67,9 +67,8 @@ struct RenderStats {
   std::uint64_t samples = 0;  ///< field look-ups, where they were counted
   std::uint64_t steps = 0;    ///< segments, where they were counted
   std::uint64_t cells = 0;    ///< reference only: cells crossed with a corner that is not 0
-  std::uint64_t stuck =
-      0;           ///< rays that no longer advanced and were ended early: a fault, see verify
-  int passes = 0;  ///< most passes that a tile needed
+  std::uint64_t stuck = 0;    ///< rays that no longer advanced and were ended: a fault, see verify
+  int passes = 0;             ///< most passes that a tile needed
   double gl_init_ms = 0, shader_ms = 0, upload_ms = 0, march_ms = 0;
   /// Within march_ms: the GPU's time for the draws by its own timer (0 if it has none), and the
   /// processor time of the whole process, which other processes disturb least.

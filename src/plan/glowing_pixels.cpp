@@ -1,10 +1,11 @@
+#include "plan/pilot.h"
+
 #include <algorithm>
 #include <array>
 
 #include "atlas/page_walk.h"
 #include "field/index_space.h"
 #include "march/pixel_box.h"
-#include "plan/pilot.h"
 
 namespace psivox {
 namespace {

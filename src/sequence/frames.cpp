@@ -326,10 +326,11 @@ std::optional<SequenceFiles> sequence_files(std::span<const std::string> inputs,
     }
   }
   if (std::optional<SequenceFiles> files = numbered(paths)) return files;
-  if (const std::string first = first_sequence(paths); !first.empty() && inputs.size() == 1)
-    throw Error(ExitCode::usage, "folder " + in_quotes(inputs.front()) +
-                                     " holds more than one sequence; give one, such as " +
-                                     in_quotes(first));
+  if (inputs.size() == 1)
+    if (const std::string first = first_sequence(paths); !first.empty())
+      throw Error(ExitCode::usage, "folder " + in_quotes(inputs.front()) +
+                                       " holds more than one sequence; give one, such as " +
+                                       in_quotes(first));
   SequenceFiles files;
   for (const std::string& path : paths) files.emplace(FrameNumber(files.size()) + 1, path);
   return files;

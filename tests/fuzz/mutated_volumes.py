@@ -280,7 +280,8 @@ def is_of_reader(lines):
     report = "\n".join(lines)
     if "AddressSanitizer" not in report or "(psivox-readers)" not in report:
         return False
-    return 0 <= report.find("openvdb::") < report.find("psivox::") % len(report)
+    first, own = report.find("openvdb::"), report.find("psivox::")
+    return first >= 0 and (own < 0 or first < own)
 
 
 def whole(picture):
