@@ -16,8 +16,8 @@ void read_as(const BrickCodes& given) {
   if (paired) brick_codes[luminance_grid] = given.beside.data();
 }
 
-/// A ray that leaves the domain through an edge may look up a cell behind it, an ulp before its end.
-/// A device returns anything for what is beyond the table, too.
+/// A ray that leaves the domain through an edge may look up a cell behind it, an ulp before its
+/// end. A device returns anything for what is beyond the table, too.
 uint fetch_page(int grid, int i) const {
   const std::vector<std::uint32_t>& entries = grids[std::size_t(grid)]->pages.entries;
   return entries[std::min(std::size_t(i), entries.size() - 1)];
