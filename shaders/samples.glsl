@@ -283,6 +283,7 @@ real3 trilinear_texels(int grid, int slot, real3 local) {
   int3 cell = local_cell(local);
   real3 u = local - real3(cell);
   int i = texel_index(slot, cell);
+  if (by_voxel(grid)) return fetch_texel3(grid, i);
   real3 x00 = along_x(grid, i, u.x);
   real3 x01 = along_x(grid, i + NEXT_Z, u.x);
   real3 x10 = along_x(grid, i + NEXT_Y, u.x);
@@ -303,6 +304,7 @@ real3 sample_vector(int grid, Node node, real3 p) {
 // The texels along u + d s inside a cell, the first of whose is texel i.
 Cubics texels_along(int grid, int i, real3 u, real3 d) {
   real3 a = fetch_texel3(grid, i);
+  if (by_voxel(grid)) return constant_cubics(a);
   real3 b = fetch_texel3(grid, i + NEXT_Z);
   real3 c = fetch_texel3(grid, i + NEXT_Y);
   real3 e = fetch_texel3(grid, i + NEXT_Y + NEXT_Z);
@@ -390,7 +392,7 @@ real slope_scalar(int grid, Node node, Ray ray, real t) {
 
 // The derivative of a vector at a point of a node.
 real3 slope_vector(int grid, Node node, Ray ray, real t) {
-  if (node.kind != NODE_BRICK) return real3(real(0.0));
+  if (node.kind != NODE_BRICK || by_voxel(grid)) return real3(real(0.0));
   if (hardware_filter)
     return (sample_vector(grid, node, position(ray, t + slope_step))
             - sample_vector(grid, node, position(ray, t - slope_step))) / (real(2.0) * slope_step);

@@ -199,13 +199,17 @@ TEST_F(LitFunction, LabelsInAnOutsideThatAttenuatesAreThoseOfTheReference) {
   Scene scene = lit_scene({0.3, -1, 0.2}, 32);
   scene.colormap = Colormap::viridis;
   scene.classification = Classification::nearest;
-  scene.integrator = Integrator::cell_exact;
   set_parameter(scene, "opacity", "0:1,1:0");
-  const View view = lit_in_double(view_of(scene, mixed()));
-  const Image image = double_picture(view);
-  expect_content(image);
-  EXPECT_LE(difference("reference", image, render_reference(view).image).max, 1e-6);
-  EXPECT_LE(difference("GPU", gl_picture(view), image).rms, 2e-6);
+  scene.integrator = Integrator::cell_exact;
+  for (const int lights : {1, 2}) {  // of one channel, of three
+    if (lights == 2) scene.lights.push_back({{-1, 0.2, -1}, {0.1, 0.5, 0.9}});
+    const View view = lit_in_double(view_of(scene, mixed()));
+    EXPECT_EQ(view.medium.luminance->channels, lights == 1 ? 1 : 3);
+    const Image image = double_picture(view);
+    expect_content(image);
+    EXPECT_LE(difference("reference", image, render_reference(view).image).max, 1e-6);
+    EXPECT_LE(difference("GPU", gl_picture(view), image).rms, 2e-6);
+  }
 }
 
 TEST(Lit, AmbientLightHasNoPhase) {
