@@ -31,11 +31,13 @@ PixelBox pixels_of(const View& view, const glm::dvec3& low, const glm::dvec3& hi
   const PixelBox all{{}, view.scene.resolution};
   const Camera& camera = view.camera;
   if (low.x >= high.x || low.y >= high.y || low.z >= high.z) return {};
+  // where voxels are cells, each lies around its first corner
+  const glm::dvec3 begin = low - (view.medium.nearest ? 0.5 : 0.0);
   const glm::dvec2 size(all.size);
   glm::dvec2 first(HUGE_VAL), last(-HUGE_VAL);
   int behind = 0, beside = 0;
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec3 corner = glm::mix(low, high, glm::dvec3(cube_corner(i)));
+    const glm::dvec3 corner = glm::mix(begin, high, glm::dvec3(cube_corner(i)));
     const glm::dvec3 to =
         glm::dvec3(view.medium.density->world_from_index * glm::dvec4(corner, 1)) - camera.position;
     const double along = camera.orthographic ? 1 : glm::dot(to, camera.forward);

@@ -20,8 +20,8 @@ PixelBox common(const PixelBox& a, const PixelBox& b);
 /// What is left of a rectangle without an inner one: at most four, none of them empty.
 std::vector<PixelBox> around(const PixelBox& inner, const PixelBox& all);
 
-/// Pixels of the picture whose rays may meet a box of the density's voxels, and one around them,
-/// for rounding.
+/// Pixels of the picture whose rays may meet a box of the density's cells, and one around them, for
+/// rounding.
 PixelBox pixels_of(const View& view, const glm::dvec3& low, const glm::dvec3& high);
 /// Pixels whose rays may meet a box of the density's bricks; all of the picture if something emits,
 /// which it may do beyond the density.
