@@ -137,20 +137,11 @@ void Lighting::replace(const View& view, const LightSource& source, LightNeed ne
   }
   const double begin = beams_.empty() ? 0 : 0.2;
   if (progress) progress(begin);
-  // the sky suits the typical picture and this one, which may show more of the medium
-  std::vector<View> views{typical_view(view)};
-  if (view.camera != views.front().camera) views.push_back(view);
   const double sky_share = std::sqrt(1 - lights_share * lights_share);
-  LightChoice sky{{.spacing = HUGE_VAL}};
-  for (const View& from : views) {
-    SkyTrial directions(from, depths);
-    const LightChoice own =
-        LightTrials(from, depths, some, sky_share * need.rms, &directions).settled();
-    if (own.count >= sky.count) sky_coverage_ = directions.coverage();
-    sky = {own.method.spacing < sky.method.spacing ? own.method : sky.method,
-           std::max(sky.count, own.count),
-           {std::max(sky.miss.rms, own.miss.rms), std::max(sky.miss.max, own.miss.max)}};
-  }
+  SkyTrial directions(view, depths);
+  const LightChoice sky =
+      LightTrials(view, depths, some, sky_share * need.rms, &directions).settled();
+  sky_coverage_ = directions.coverage();
   const std::size_t lights = beams_.size();
   add_sky(view, sky.count);
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = sky.method;
