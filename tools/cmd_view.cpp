@@ -1,6 +1,5 @@
 // psivox view IN.vdb: the preview window.
 
-#include <cstdio>
 #include <iostream>
 #include <string>
 #include <vector>

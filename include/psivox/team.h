@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstring>
 #include <functional>
-#include <glm/vec4.hpp>
 #include <memory>
 #include <ranges>
 #include <span>

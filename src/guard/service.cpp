@@ -1,6 +1,5 @@
 #include "service.h"
 
-#include <fcntl.h>
 #include <sched.h>
 #include <seccomp.h>
 #include <sys/mman.h>

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <glm/mat3x3.hpp>
 #include <new>
 #include <utility>
 

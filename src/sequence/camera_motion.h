@@ -1,8 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <glm/vec3.hpp>
-#include <optional>
 #include <string>
 #include <vector>
 

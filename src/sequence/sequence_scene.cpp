@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <glm/common.hpp>
 #include <limits>
 #include <utility>
 

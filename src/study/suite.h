@@ -2,14 +2,12 @@
 
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "psivox/error.h"
 #include "psivox/integrators.h"
 #include "study/results.h"
 

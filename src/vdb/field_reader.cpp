@@ -1,8 +1,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
-#include <glm/geometric.hpp>
 #include <mutex>
 #include <utility>
 

@@ -1,8 +1,6 @@
-#include <algorithm>
 #include <atomic>
 #include <functional>
 #include <mutex>
-#include <optional>
 #include <stdexcept>
 #include <type_traits>
 #include <utility>

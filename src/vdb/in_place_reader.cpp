@@ -1,7 +1,6 @@
 #include <algorithm>
 #include <array>
 #include <atomic>
-#include <glm/geometric.hpp>
 #include <memory>
 #include <mutex>
 #include <optional>

@@ -2,8 +2,6 @@
 
 // What goes between a GuardedReader and its process.
 
-#include <cstdint>
-#include <string>
 #include <vector>
 
 #include "guard/channel.h"

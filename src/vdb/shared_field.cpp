@@ -3,13 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <memory>
-#include <new>
 #include <optional>
-#include <span>
 #include <stdexcept>
-#include <string>
 #include <string_view>
 #include <vector>
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstdlib>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "base/text.h"
