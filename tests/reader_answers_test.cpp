@@ -20,12 +20,12 @@ TEST(ReaderAnswers, APrefixOfAnAnswerIsAnError) {
   const auto reader =
       open_reader(std::make_shared<FileBlocks>(test::assets_dir() / "blobs.vdb"), nullptr);
   const std::string text =
-      guard::packed(reader->facts(), reader->info("", true), reader->read("density", {}));
+      guard::packed(reader->facts(), reader->info("color", true), reader->read("density", {}));
   const auto take = [](std::string_view bytes) {
     FileFacts facts;
-    std::vector<GridInfo> rows;
+    GridInfo row;
     Field field;
-    guard::unpack(bytes, facts, rows, field);
+    guard::unpack(bytes, facts, row, field);
   };
   take(text);
   EXPECT_THROW(take(text + "x"), std::runtime_error);

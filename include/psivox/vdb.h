@@ -132,8 +132,6 @@ class VdbFile {
   /// Grids of other files, as if one file had them. Throws Error(usage) if names repeat.
   explicit VdbFile(std::vector<NamedGrid> grids);
   ~VdbFile();
-  VdbFile(const VdbFile&) = delete;
-  VdbFile& operator=(const VdbFile&) = delete;
 
   /// Names in file order, as `read` takes them. Reads no voxel, except from files written to a
   /// pipe, which have no directory. Grids without a name are `[0]`, `[1]`, ..., as OpenVDB prints

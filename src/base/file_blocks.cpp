@@ -204,6 +204,14 @@ std::string advice(const Format& format, const std::string& path) {
 
 }  // namespace
 
+std::string file_stamp(const std::filesystem::path& path) {
+  std::error_code missing;
+  const auto time = std::filesystem::last_write_time(path, missing);
+  if (missing) return "";
+  const auto size = std::filesystem::file_size(path, missing);
+  return std::to_string(time.time_since_epoch().count()) + "/" + std::to_string(size);
+}
+
 std::string foreign_format(const std::string& path, std::string_view head) {
   const auto begins = [&](std::string_view magic, std::size_t offset = 0) {
     return head.size() > offset && head.substr(offset).starts_with(magic);

@@ -33,6 +33,9 @@ inline std::string without_subject(const std::string& message, const std::string
 /// first bytes, which count before its name does.
 std::string foreign_format(const std::string& path, std::string_view head = {});
 
+/// Time and size of a file, which tell that it was written again; empty if there is none.
+std::string file_stamp(const std::filesystem::path& path);
+
 /// A run of a file's bytes in memory.
 struct FileRun {
   std::int64_t begin = 0;  ///< its place in the file [bytes]

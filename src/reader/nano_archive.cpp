@@ -58,8 +58,7 @@ class NanoGrid final : public FileGrid {
 
  public:
   explicit NanoGrid(NanoSource& from)
-      : FileGrid(from.file, from.entry, from.marked || is_mask(from.entry.type)),
-        handle_(std::move(from.handle)) {
+      : FileGrid(from.file, from.entry, from.marked), handle_(std::move(from.handle)) {
     begin(std::move(from.head));
   }
 
@@ -247,14 +246,10 @@ class NanoArchive final : public GridFile {
  public:
   NanoArchive(std::shared_ptr<FileBlocks> file, Progress progress)
       : GridFile(std::move(file), std::move(progress)) {
-    const auto read_segments = [&] {
+    list_entries("NanoVDB", [&] {
       do read_segment();
       while (stream_.tellg() < file_->size());
-    };
-    or_input_error(read_segments, [&](const std::exception& e) {
-      return subject(path()) + "is a damaged NanoVDB file: " + explain(e);
     });
-    name_entries();
   }
 
   EntryHead entry_head(const GridEntry& entry) override {
@@ -272,15 +267,11 @@ class NanoArchive final : public GridFile {
              .voxel_size = std::min({size[0], size[1], size[2]})}};
   }
 
-  std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked) override {
-    std::unique_ptr<FileGrid> grid;
-    guarded(entry, [&] {
-      const StoredGrid& from = stored(entry);
-      NanoSource source{*this, entry, marked, {}, unpacked(entry)};
-      source.head = head_of(from.data, source.handle);
-      grid = nano_type(from.data.gridType, from.data.gridClass).open(source);
-    });
-    return grid;
+  std::unique_ptr<FileGrid> opened(const GridEntry& entry, bool marked) override {
+    const nanovdb::io::MetaData& data = stored(entry).data;
+    NanoSource source{*this, entry, marked, {}, unpacked(entry)};
+    source.head = head_of(data, source.handle);
+    return nano_type(data.gridType, data.gridClass).open(source);
   }
 
  private:

@@ -3,17 +3,82 @@
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstdint>
 #include <cstring>
 #include <glm/common.hpp>
 #include <limits>
 #include <optional>
+#include <type_traits>
 #include <utility>
 
 #include "field/value_range.h"
-#include "grid_values.h"
 #include "vdb/topology.h"
 
 namespace psivox::vdb {
+
+// Values of any grid, of OpenVDB's types and of NanoVDB's, as floats and doubles.
+
+template <typename ValueT>
+constexpr int channels_of_value = requires(const ValueT& v) {
+  v[0];
+}
+? 3 : 1;
+
+/// A number of a value, as float or double; `channel` is 0, or up to 2 of a vector.
+template <typename To, typename ValueT>
+To component_of(const ValueT& value, int channel) {
+  if constexpr (channels_of_value<ValueT> == 3)
+    return static_cast<To>(value[channel]);
+  else if constexpr (std::is_arithmetic_v<ValueT>)
+    return static_cast<To>(value);
+  else if constexpr (std::is_same_v<ValueT, openvdb::math::half>)
+    return static_cast<To>(static_cast<float>(value));
+  else
+    return static_cast<To>(static_cast<openvdb::Index32>(value));  // points
+}
+
+template <typename ValueT>
+glm::dvec3 to_dvec3(const ValueT& value) {
+  glm::dvec3 all(0);
+  for (int c = 0; c < channels_of_value<ValueT>; ++c) all[c] = component_of<double>(value, c);
+  return all;
+}
+
+/// Whether values are equal; NaN is the same as NaN.
+template <typename ValueT>
+bool same_values(const ValueT& a, const ValueT& b) {
+  return a == b || (!(a == a) && !(b == b));
+}
+
+/// What a value consists of.
+template <typename ValueT>
+auto number_of(const ValueT& value) {
+  if constexpr (channels_of_value<ValueT> == 3)
+    return value[0];
+  else if constexpr (std::is_same_v<ValueT, openvdb::math::half>)
+    return static_cast<float>(value);
+  else if constexpr (std::is_arithmetic_v<ValueT>)
+    return value;
+  else
+    return std::int32_t{};  // points
+}
+
+/// The value whose numbers are all this one.
+template <typename ValueT>
+ValueT value_from(double number) {
+  return ValueT(static_cast<decltype(number_of(ValueT()))>(number));
+}
+
+/// Whether a value can consist of this number.
+template <typename ValueT>
+bool value_can_be(double number) {
+  using Limits = std::numeric_limits<decltype(number_of(ValueT()))>;
+  // 2^63 is no int64, but the nearest double of the greatest.
+  const bool within = number >= double(Limits::lowest()) && number < double(Limits::max()) + 1;
+  return within && (!Limits::is_integer || number == std::trunc(number));
+}
 
 inline glm::ivec3 place_of(const openvdb::Coord& at) { return {at.x(), at.y(), at.z()}; }
 
@@ -28,23 +93,15 @@ LeafMask mask_of(const MaskT& mask) {
 
 /// The smallest box around a leaf's active voxels, of which there are some.
 inline Box active_box_of(const LeafMask& mask) {
-  Box box{glm::ivec3(7), glm::ivec3(0)};
+  unsigned xs = 0, zs = 0;  // a bit for each x and z that has some
   std::uint64_t layers = 0;
-  for (int x = 0; x < 8; ++x) {
-    const std::uint64_t word = mask.words[std::size_t(x)];
-    if (word == 0) continue;
-    box.min.x = std::min(box.min.x, x);
-    box.max.x = x;
-    layers |= word;
+  for (unsigned x = 0; x < 8; ++x) {
+    layers |= mask.words[x];
+    xs |= unsigned(mask.words[x] != 0) << x;
   }
-  for (int bit = 0; bit < 64; ++bit) {
-    if (!(layers >> bit & 1)) continue;
-    box.min.y = std::min(box.min.y, bit >> 3);
-    box.max.y = std::max(box.max.y, bit >> 3);
-    box.min.z = std::min(box.min.z, bit & 7);
-    box.max.z = std::max(box.max.z, bit & 7);
-  }
-  return box;
+  for (int y = 0; y < 8; ++y) zs |= unsigned(layers >> 8 * y & 255);
+  return {{std::countr_zero(xs), std::countr_zero(layers) / 8, std::countr_zero(zs)},
+          {31 - std::countl_zero(xs), 7 - std::countl_zero(layers) / 8, 31 - std::countl_zero(zs)}};
 }
 
 /// Gathers a grid's topology from its nodes, which come in the tree's order.

@@ -8,7 +8,6 @@
 
 #include "archives.h"
 #include "grid_types.h"
-#include "vdb_grid.h"
 
 namespace psivox::vdb {
 namespace {
@@ -43,7 +42,7 @@ class VdbArchive final : public GridFile, private openvdb::io::Archive {
  public:
   VdbArchive(std::shared_ptr<FileBlocks> file, Progress progress)
       : GridFile(std::move(file), std::move(progress)) {
-    const auto read = [&] {
+    list_entries("VDB", [&] {
       readHeader(stream_);
       of_file_.reset(new openvdb::io::StreamMetadata);
       of_file_->setSeekable(true);
@@ -55,11 +54,7 @@ class VdbArchive final : public GridFile, private openvdb::io::Archive {
       metadata.readMeta(stream_);
       file_metadata_ = text_of(metadata);
       read_directory();
-    };
-    or_input_error(read, [&](const std::exception& e) {
-      return subject(path()) + "is a damaged VDB file: " + explain(e);
     });
-    name_entries();
   }
 
   EntryHead entry_head(const GridEntry& entry) override {
@@ -72,12 +67,6 @@ class VdbArchive final : public GridFile, private openvdb::io::Archive {
     } catch (const std::exception&) {  // reading the grid says what is wrong with it
     }
     return head;
-  }
-
-  std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked) override {
-    std::unique_ptr<FileGrid> grid;
-    guarded(entry, [&] { grid = opened(entry, marked); });
-    return grid;
   }
 
  private:
@@ -197,7 +186,7 @@ class VdbArchive final : public GridFile, private openvdb::io::Archive {
     return begun;
   }
 
-  std::unique_ptr<FileGrid> opened(const GridEntry& entry, bool marked) {
+  std::unique_ptr<FileGrid> opened(const GridEntry& entry, bool marked) override {
     const Begun own = begin(entry);
     Begun tree = own;
     if (!entry.parent.empty()) {

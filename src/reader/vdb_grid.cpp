@@ -1,5 +1,3 @@
-#include "vdb_grid.h"
-
 #include <openvdb/points/PointDataGrid.h>
 #include <tbb/parallel_for.h>
 
@@ -10,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "archives.h"
 #include "field/value_range.h"
 #include "grid_types.h"
 #include "topology_builder.h"
@@ -104,7 +103,6 @@ class LeafDecoder {
   std::optional<double> fill_;
 };
 
-/// A grid of a .vdb, by OpenVDB's type.
 template <typename GridT>
 class VdbGrid final : public FileGrid {
   using TreeT = typename GridT::TreeType;
@@ -114,14 +112,10 @@ class VdbGrid final : public FileGrid {
 
  public:
   explicit VdbGrid(const VdbSource& from)
-      : FileGrid(from.file, from.entry, from.marked || is_mask(from.entry.type)),
+      : FileGrid(from.file, from.entry, from.marked),
+        from_(from),
         grid_(openvdb::gridPtrCast<GridT>(from.grid)),
-        coding_(from.coding),
-        file_(from.blocks),
-        stream_(from.stream),
-        buffer_(from.buffer),
-        leaves_at_(from.stream.tellg()),
-        end_(from.entry.end) {
+        leaves_at_(from.stream.tellg()) {
     const auto& root = std::as_const(*grid_).tree().root();
     for (auto node = root.cbeginChildAll(); node; ++node)
       if ((node.getCoord() & ~(int(TreeT::RootNodeType::ChildNodeType::DIM) - 1)) !=
@@ -138,8 +132,7 @@ class VdbGrid final : public FileGrid {
 
  private:
   const ValueT& background() const { return std::as_const(*grid_).tree().background(); }
-  bool half() const { return coding_->halfFloat(); }
-  LeafDecoder<LeafT> decoder() const { return {file_, coding_, background(), fill_}; }
+  LeafDecoder<LeafT> decoder() const { return {from_.blocks, from_.coding, background(), fill_}; }
 
   Topology read_topology() override {
     leaves_.clear();
@@ -159,15 +152,15 @@ class VdbGrid final : public FileGrid {
   }
 
   void begin_leaves() {
-    coding_->setBackgroundPtr(&background());
-    openvdb::io::setStreamMetadataPtr(stream_, coding_);
-    stream_.clear();
-    stream_.seekg(leaves_at_);
+    from_.coding->setBackgroundPtr(&background());
+    openvdb::io::setStreamMetadataPtr(from_.stream, from_.coding);
+    from_.stream.clear();
+    from_.stream.seekg(leaves_at_);
   }
 
   /// The numbers of points in voxels, from the offsets behind the last one of each.
   void read_counts(const TakeLeaf& take) {
-    read_points(*grid_, stream_, *coding_, /*whole=*/false);
+    read_points(*grid_, from_.stream, *from_.coding, /*whole=*/false);
     for (std::size_t n = 0; n < leaves_.size(); ++n) {
       std::array<std::int64_t, kLeafVoxels> counts;
       std::int64_t last = 0;
@@ -192,11 +185,11 @@ class VdbGrid final : public FileGrid {
       batch.clear();
       while (batch.size() < std::min(wanted, leaves_.size() - first)) {
         skip(*leaves_[first + batch.size()]);
-        batch.push_back({end, stream_.tellg()});
+        batch.push_back({end, from_.stream.tellg()});
         end = batch.back().end;
-        if (batch.size() % leaves_per_task == 0) buffer_.report(end);
+        if (batch.size() % leaves_per_task == 0) from_.buffer.report(end);
       }
-      buffer_.report(end);
+      from_.buffer.report(end);
       decoder.decode(batch, /*in_runs=*/true,
                      [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
       if (enough && enough()) return;
@@ -207,7 +200,7 @@ class VdbGrid final : public FileGrid {
   /// Moves the stream behind a leaf's values.
   void skip(const LeafT& leaf) {
     skipped_.setValueMask(leaf.getValueMask());
-    skipped_.readBuffers(stream_, openvdb::CoordBBox(), half());
+    skipped_.readBuffers(from_.stream, openvdb::CoordBBox(), from_.coding->halfFloat());
   }
 
   void read_some(std::span<const std::uint32_t> numbers, const TakeLeaf& take) override {
@@ -223,22 +216,19 @@ class VdbGrid final : public FileGrid {
   void find_places() {
     begin_leaves();
     // small leaves are read in fewer calls than skipped
-    if (end_ - leaves_at_ > 4 * head_bytes * std::int64_t(leaves_.size()))
-      buffer_.read_only(head_bytes);
+    if (from_.entry.end - leaves_at_ > 4 * head_bytes * std::int64_t(leaves_.size()))
+      from_.buffer.read_only(head_bytes);
     std::vector<std::int64_t> places{leaves_at_};
     for (const LeafT* leaf : leaves_) {
       skip(*leaf);
-      places.push_back(stream_.tellg());
+      places.push_back(from_.stream.tellg());
     }
     places_ = std::move(places);
   }
 
+  VdbSource from_;
   typename GridT::Ptr grid_;
-  openvdb::io::StreamMetadata::Ptr coding_;
-  std::shared_ptr<FileBlocks> file_;
-  std::istream& stream_;
-  FileBuffer& buffer_;
-  std::int64_t leaves_at_, end_;      ///< in the file [bytes]
+  std::int64_t leaves_at_;            ///< in the file [bytes]
   std::vector<LeafT*> leaves_;        ///< of the tree, in its order
   std::vector<std::int64_t> places_;  ///< where leaves begin, once some are read by their numbers
   LeafT skipped_;

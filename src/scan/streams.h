@@ -34,8 +34,6 @@ class ByteStream {
   /// The file must live as long.
   ByteStream(FileBlocks& file, std::int64_t begin, bool packed = false);
   ~ByteStream();
-  ByteStream(const ByteStream&) = delete;
-  ByteStream& operator=(const ByteStream&) = delete;
 
   const FileBlocks& file() const { return file_; }
 

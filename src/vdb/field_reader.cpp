@@ -89,18 +89,35 @@ Field activity_of(const Field& field) {
   return active;
 }
 
-/// Reads fields as grids.
 class FieldReader final : public Reader {
  public:
   explicit FieldReader(FieldSource source) : source_(std::move(source)) {}
 
   FileFacts facts() override { return source_.facts; }
 
-  std::vector<GridInfo> info(const std::string& grid, bool values) override {
-    if (!grid.empty()) return {row(facts_of(grid), values)};
-    std::vector<GridInfo> rows;
-    for (const GridFacts& facts : source_.facts.grids) rows.push_back(row(facts, values));
-    return rows;
+  GridInfo info(const std::string& grid, bool values) override {
+    const GridFacts& facts = facts_of(grid);
+    GridInfo info;
+    info.name = facts.name;
+    info.type = source_.type;
+    info.value_type = facts.value_type;
+    info.grid_class = facts.grid_class;
+    info.channels = facts.channels;
+    info.values_read = values;
+    try {
+      const auto field = this->field(facts);
+      info.active_voxels = field->active_voxels;
+      info.leaves = field->leaves.size();
+      info.active_tiles = field->tiles.size();
+      info.active_box = field->active_box;
+      info.transform = "AffineMap";
+      set_linear(field->world_from_index, info);
+      if (values) info.values = statistics_of(*field);
+      if (field->active_voxels == 0) info.problem = "has no voxel other than 0";
+    } catch (const Error& error) {
+      info.problem = without_subject(error.what(), source_.path, facts.name);
+    }
+    return info;
   }
 
   GridContent content(const std::string& grid) override {
@@ -160,30 +177,6 @@ class FieldReader final : public Reader {
     return last_;
   }
 
-  GridInfo row(const GridFacts& facts, bool values) {
-    GridInfo info;
-    info.name = facts.name;
-    info.type = source_.type;
-    info.value_type = facts.value_type;
-    info.grid_class = facts.grid_class;
-    info.channels = facts.channels;
-    info.values_read = values;
-    try {
-      const auto field = this->field(facts);
-      info.active_voxels = field->active_voxels;
-      info.leaves = field->leaves.size();
-      info.active_tiles = field->tiles.size();
-      info.active_box = field->active_box;
-      info.transform = "AffineMap";
-      set_linear(field->world_from_index, info);
-      if (values) info.values = statistics_of(*field);
-      if (field->active_voxels == 0) info.problem = "has no voxel other than 0";
-    } catch (const Error& error) {
-      info.problem = without_subject(error.what(), source_.path, facts.name);
-    }
-    return info;
-  }
-
   FieldSource source_;
   std::mutex mutex_;  ///< of what follows
   std::shared_ptr<const Field> last_;
@@ -210,15 +203,12 @@ class GatheredReader final : public Reader {
     return facts;
   }
 
-  std::vector<GridInfo> info(const std::string&, bool values) override {
-    std::vector<GridInfo> rows;
-    for (const NamedGrid& grid : grids_)
-      for (GridInfo& row : grid.file->info(values)) {
-        if (row.name != grid.grid) continue;
-        row.name = grid.name;
-        rows.push_back(std::move(row));
-      }
-    return rows;
+  GridInfo info(const std::string& grid, bool values) override {
+    const NamedGrid& own = named(grids_, grid, "");
+    const std::vector<GridInfo> rows = own.file->info(values);
+    GridInfo row = named(rows, own.grid, "");
+    row.name = grid;
+    return row;
   }
 
   GridContent content(const std::string& grid) override {

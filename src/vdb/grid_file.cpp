@@ -55,10 +55,13 @@ GridFile::GridFile(std::shared_ptr<FileBlocks> file, Progress progress)
   stream_.exceptions(std::ios::failbit | std::ios::badbit | std::ios::eofbit);
 }
 
-/// OpenVDB's names, `density` or `density[1]`, with control characters escaped. A number stands in
-/// the file behind a separator. OpenVDB writes grids without a name as `[0]`, `[1]`; where another
-/// program repeats a name without numbers, they are numbered here.
-void GridFile::name_entries() {
+/// The names are OpenVDB's, `density` or `density[1]`, with control characters escaped. A number
+/// stands in the file behind a separator. OpenVDB writes grids without a name as `[0]`, `[1]`;
+/// where another program repeats a name without numbers, they are numbered here.
+void GridFile::list_entries(const char* format, const std::function<void()>& read) {
+  or_input_error(read, [&](const std::exception& e) {
+    return subject(path()) + "is a damaged " + format + " file: " + explain(e);
+  });
   std::map<std::string, int> uses;
   for (GridEntry& entry : entries_) {
     constexpr char separator = '\x1e';
@@ -84,13 +87,16 @@ void GridFile::guarded(const GridEntry& entry, const std::function<void()>& work
   });
 }
 
+std::unique_ptr<FileGrid> GridFile::open(const GridEntry& entry, bool marked) {
+  std::unique_ptr<FileGrid> grid;
+  guarded(entry, [&] { grid = opened(entry, marked || is_mask(entry.type)); });
+  return grid;
+}
+
 void FileGrid::begin(GridHead head) {
   head_ = std::move(head);
   topology_ = read_topology();
-  if (marked_) mark();
-}
-
-void FileGrid::mark() {
+  if (!marked_) return;
   head_.type = grid_type_of("float");
   head_.grid_class = unknown_class;
   std::erase_if(topology_.tiles, [](const TilePart& tile) { return !tile.active; });

@@ -41,8 +41,6 @@ std::string explain(const std::exception& e);
 class GridFile {
  public:
   virtual ~GridFile() = default;
-  GridFile(const GridFile&) = delete;
-  GridFile& operator=(const GridFile&) = delete;
 
   /// The entries in file order.
   const std::vector<GridEntry>& entries() const { return entries_; }
@@ -53,7 +51,6 @@ class GridFile {
   /// Throws Error(input) if there is none.
   const GridEntry& find(const std::string& name) const { return named(entries_, name, path()); }
 
-  /// The file's own metadata.
   const MetadataText& metadata() const { return file_metadata_; }
 
   /// What stands before the entry's tree; nothing of what cannot be read.
@@ -61,7 +58,7 @@ class GridFile {
 
   /// Reads head and topology of a grid, which must not outlive this. `marked`: the grid is a scalar
   /// that is 1 at active voxels, in place of its values. A mask always is. Throws Error(input).
-  virtual std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked = false) = 0;
+  std::unique_ptr<FileGrid> open(const GridEntry& entry, bool marked = false);
 
   /// Does work that reads the entry. Throws Error(input) that names it, for any exception.
   void guarded(const GridEntry& entry, const std::function<void()>& work) const;
@@ -72,8 +69,12 @@ class GridFile {
   /// `progress` receives the fraction of a grid that has been read.
   explicit GridFile(std::shared_ptr<FileBlocks> file, Progress progress);
 
-  /// Gives entries their names when all are listed.
-  void name_entries();
+  /// Lists all entries by `read`, and gives them their names. Throws Error(input) about a damaged
+  /// file of that format.
+  void list_entries(const char* format, const std::function<void()>& read);
+
+  /// Opens a grid; `marked` if it is a mask, too.
+  virtual std::unique_ptr<FileGrid> opened(const GridEntry& entry, bool marked) = 0;
 
   std::shared_ptr<FileBlocks> file_;
   MetadataText file_metadata_;
@@ -88,8 +89,6 @@ class GridFile {
 class FileGrid {
  public:
   virtual ~FileGrid() = default;
-  FileGrid(const FileGrid&) = delete;
-  FileGrid& operator=(const FileGrid&) = delete;
 
   const GridHead& head() const { return head_; }
   const Topology& topology() const { return topology_; }
@@ -138,7 +137,6 @@ class FileGrid {
   std::optional<double> fill_;  ///< in place of the background
 
  private:
-  void mark();
   void fill_root(double value);
 
   const GridFile& grid_file_;

@@ -32,35 +32,14 @@ class GuardedReader final : public Reader {
 
   FileFacts facts() override {
     const std::lock_guard lock(mutex_);
-    facts_ = ask<FileFacts>({Request::What::facts});
-    budget_->claim(facts_.value_bytes);
-    return facts_;
+    auto facts = ask<FileFacts>({Request::What::facts});
+    budget_->claim(facts.value_bytes);
+    return facts;
   }
 
-  std::vector<GridInfo> info(const std::string& grid, bool values) override {
+  GridInfo info(const std::string& grid, bool values) override {
     const std::lock_guard lock(mutex_);
-    if (!grid.empty()) return {row_of(grid, values)};
-    if (facts_.grids.empty()) facts_ = ask<FileFacts>({Request::What::facts});
-    // each is asked for by itself: a grid may end the reader, and several that do may take all the
-    // time that the file has
-    constexpr int most_ends = 2;
-    int ends = 0;
-    std::vector<GridInfo> all;
-    for (const GridFacts& grid_facts : facts_.grids) {
-      GridInfo row;
-      row.name = grid_facts.name;
-      row.channels = grid_facts.channels;
-      row.problem = "was not read, because reading other grids failed";
-      try {
-        if (ends < most_ends) row = row_of(row.name, values);
-      } catch (const Error& error) {
-        if (error.code() != ExitCode::input) throw;
-        row.problem = without_subject(error.what(), file_->path(), row.name);
-        ++ends;
-      }
-      all.push_back(row);
-    }
-    return all;
+    return ask<GridInfo>({Request::What::info, {grid}, values});
   }
 
   GridContent content(const std::string& grid) override {
@@ -126,21 +105,11 @@ class GuardedReader final : public Reader {
     }
   }
 
-  GridInfo row_of(const std::string& grid, bool values) {
-    return ask<std::vector<GridInfo>>({Request::What::info, {grid}, values},
-                                      [](const std::vector<GridInfo>& rows, const auto&) {
-                                        if (rows.size() != 1)
-                                          throw std::runtime_error("another number of rows");
-                                      })
-        .front();
-  }
-
   std::shared_ptr<FileBlocks> file_, data_;
   Progress progress_;
   std::shared_ptr<guard::Budget> budget_;
   std::mutex mutex_;  ///< of what follows: one request at a time
   std::unique_ptr<guard::Process> process_;
-  FileFacts facts_;
 };
 
 std::atomic<Trust> trust = Trust::if_needed;

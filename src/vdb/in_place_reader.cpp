@@ -164,14 +164,8 @@ class InPlaceReader final : public Reader {
     });
   }
 
-  std::vector<GridInfo> info(const std::string& grid, bool values) override {
-    return with_grids([&](GridFile& grids) {
-      std::vector<GridInfo> rows;
-      if (!grid.empty()) return std::vector{grid_info(grids, grids.find(grid), values)};
-      for (const GridEntry& entry : grids.entries())
-        rows.push_back(grid_info(grids, entry, values));
-      return rows;
-    });
+  GridInfo info(const std::string& grid, bool values) override {
+    return with_grids([&](GridFile& grids) { return grid_info(grids, grids.find(grid), values); });
   }
 
   GridContent content(const std::string& grid) override {

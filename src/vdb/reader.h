@@ -51,8 +51,7 @@ class Reader {
   Reader& operator=(const Reader&) = delete;
 
   virtual FileFacts facts() = 0;
-  /// The row of a grid, or of all: "".
-  virtual std::vector<GridInfo> info(const std::string& grid, bool values) = 0;
+  virtual GridInfo info(const std::string& grid, bool values) = 0;
   virtual GridContent content(const std::string& grid) = 0;
   /// If the values of leaves stay in the file, the leaves have none, and `leaves` reads them.
   virtual Field read(const std::string& grid, const ReadOptions& options) = 0;

@@ -24,13 +24,6 @@ std::shared_ptr<SharedReader> opened(const std::filesystem::path& path, Progress
   return shared;
 }
 
-/// What tells that a file was written again.
-std::string stamp_of(const std::filesystem::path& path) {
-  std::error_code missing;
-  const auto time = std::filesystem::last_write_time(path, missing).time_since_epoch().count();
-  return std::to_string(time) + "/" + std::to_string(std::filesystem::file_size(path, missing));
-}
-
 }  // namespace
 
 Turn::Turn(SharedReader& shared, Progress& own) : lock_(shared.mutex), shared_(shared), own_(own) {
@@ -42,7 +35,7 @@ Turn::~Turn() { std::swap(shared_.progress, own_); }
 std::shared_ptr<SharedReader> reader_of(const FrameOfFile& one, Progress progress) {
   static std::mutex mutex;
   static std::map<std::string, std::weak_ptr<SharedReader>> open;  // by path and stamp
-  const std::string key = one.file.string() + "\n" + stamp_of(one.file);
+  const std::string key = one.file.string() + "\n" + file_stamp(one.file);
   if (!one.frame.empty()) {
     const std::lock_guard lock(mutex);
     if (const auto known = open.find(key); known != open.end())

@@ -21,8 +21,6 @@ class Turn {
  public:
   Turn(SharedReader& shared, Progress& own);
   ~Turn();
-  Turn(const Turn&) = delete;
-  Turn& operator=(const Turn&) = delete;
 
  private:
   std::lock_guard<std::mutex> lock_;

@@ -1,6 +1,5 @@
 #include "survey.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <glm/geometric.hpp>
 
@@ -99,8 +98,8 @@ void LeafSurvey::find_fill(ValueEnds ends, const ValueSurvey& others,
   fill_ = ends.fill(voxels);
 }
 
-ValueSurvey LeafSurvey::extents(const glm::ivec3& origin, const float* values,
-                                const LeafMask& active, bool infinite) const {
+ValueSurvey LeafSurvey::look(const glm::ivec3& origin, const float* values, const LeafMask& active,
+                             bool infinite) const {
   const auto stride = static_cast<std::size_t>(channels_);
   ValueSurvey found;
   if (infinite) {
@@ -129,15 +128,10 @@ ValueSurvey LeafSurvey::extents(const glm::ivec3& origin, const float* values,
 ValueSurvey LeafSurvey::take(const glm::ivec3& origin, float* values,
                              const LeafMask& active) const {
   const BadValues bad = clean(values);
-  ValueSurvey found = extents(origin, values, active, bad.positive_infinite > 0);
+  ValueSurvey found = look(origin, values, active, bad.positive_infinite > 0);
   found.bad = bad;
   found.bad.fill = fill_;
   return found;
-}
-
-ValueSurvey LeafSurvey::look(const glm::ivec3& origin, const float* values,
-                             const LeafMask& active) const {
-  return extents(origin, values, active, false);
 }
 
 ValueSurvey survey_tiles(Field& field, const LeafSurvey& survey, bool keep_zeros) {

@@ -126,8 +126,9 @@ class LeafSurvey {
   /// become 0; +Inf is counted and stays.
   ValueSurvey take(const glm::ivec3& origin, float* values, const LeafMask& active) const;
 
-  /// Surveys a leaf whose values are all good.
-  ValueSurvey look(const glm::ivec3& origin, const float* values, const LeafMask& active) const;
+  /// Surveys a leaf whose values are all good, but for +Inf if there are `infinite` ones.
+  ValueSurvey look(const glm::ivec3& origin, const float* values, const LeafMask& active,
+                   bool infinite = false) const;
 
   /// Replaces values as `take` does.
   BadValues clean(float* values) const;
@@ -139,9 +140,6 @@ class LeafSurvey {
                  std::uint64_t voxels);
 
  private:
-  ValueSurvey extents(const glm::ivec3& origin, const float* values, const LeafMask& active,
-                      bool infinite) const;
-
   float smallest_;
   int channels_;
   bool ranges_;

@@ -237,10 +237,26 @@ GridPlace VdbFile::place(const std::string& grid) const {
 }
 
 std::vector<GridInfo> VdbFile::info(bool values) const {
-  if (impl_->frame.empty()) return impl_->reader->info("", values);
-  std::vector<GridInfo> one = impl_->reader->info(impl_->in_reader(names().front()), values);
-  for (GridInfo& grid : one) grid.name = names().front();
-  return one;
+  // a grid may end the guarded process, and several that do may take all the time of the file
+  constexpr int most_ends = 2;
+  int ends = 0;
+  std::vector<GridInfo> rows;
+  for (const vdb::GridFacts& grid : impl_->facts.grids) {
+    if (impl_->vectors.contains(grid.name)) continue;
+    GridInfo row;
+    row.channels = grid.channels;
+    row.problem = "was not read, because reading other grids failed";
+    try {
+      if (ends < most_ends) row = impl_->reader->info(grid.name + impl_->frame, values);
+    } catch (const Error& error) {
+      if (error.code() != ExitCode::input) throw;
+      row.problem = without_subject(error.what(), impl_->path(), grid.name);
+      ++ends;
+    }
+    row.name = grid.name;
+    rows.push_back(std::move(row));
+  }
+  return rows;
 }
 
 GridContent VdbFile::content(const std::string& grid) const {

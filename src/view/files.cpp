@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <fstream>
 
+#include "base/file_blocks.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
 
@@ -60,20 +61,11 @@ FrameNumber Sequence::next() const {
   return after == files_.end() ? first() : after->first;
 }
 
-std::string file_stamp(const std::string& name) {
-  std::error_code missing;
-  const fs::path path = frame_of_file(name).file;
-  const auto time = fs::last_write_time(path, missing);
-  if (missing) return "";
-  const auto size = fs::file_size(path, missing);
-  return std::to_string(time.time_since_epoch().count()) + "/" + std::to_string(size);
-}
-
 bool FileWatch::changed(const std::string& path) {
   const auto now = std::chrono::steady_clock::now();
   if (now - looked_at_ < std::chrono::milliseconds(500)) return false;
   looked_at_ = now;
-  const std::string stamp = file_stamp(path);
+  const std::string stamp = file_stamp(frame_of_file(path).file);
   const bool changed = path_ == path && !stamp.empty() && stamp != stamp_;
   path_ = path;
   stamp_ = stamp;

@@ -28,7 +28,6 @@ class Sequence {
   /// Frames between the first and the last that have no file.
   const std::vector<FrameNumber>& missing() const { return missing_; }
   const std::string& file(FrameNumber frame) const { return files_.at(frame); }
-  /// The current frame's file.
   const std::string& path() const { return files_.at(current_); }
 
   /// Goes to the frame that is nearest and has a file.
@@ -51,9 +50,6 @@ class Sequence {
   FrameNumber current_ = 0;
   std::chrono::steady_clock::time_point stepped_at_{};
 };
-
-/// Time and size of the file; empty if there is none.
-std::string file_stamp(const std::string& path);
 
 /// Notices that a file was written again. It looks at most twice a second.
 class FileWatch {

@@ -4,15 +4,14 @@
 #include <cmath>
 #include <glm/matrix.hpp>
 #include <regex>
-#include <utility>
 
+#include "base/file_blocks.h"
 #include "base/text.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "psivox/error.h"
 #include "psivox/parameters.h"
 #include "psivox/sequence.h"
-#include "view/files.h"
 
 namespace psivox::view {
 namespace {
