@@ -174,27 +174,27 @@ void CommandLine::add_trust() {
 }
 
 void CommandLine::print_help(bool all) const {
-  std::string line = "\nUsage: " + get_name() + " [OPTIONS]", text;
-  const auto add = [&](const std::string& heading, const auto& options) {
-    if (!options.empty()) text += "\n" + heading + ":\n";
-    for (const CLI::Option* option : options) text += help_row(*option);
-  };
-  for (const CLI::Option* option : arguments_of(*this)) {
-    const std::string name = option->get_name(true) + (option->get_expected_max() > 1 ? "..." : "");
-    line += option->get_required() ? " " + name : " [" + name + "]";
+  std::string line = "\nUsage: " + get_name() + " [OPTIONS]", text, group;
+  std::vector<const CLI::Option*> shown = help_options(*this);
+  const std::size_t count = shown.size();
+  const bool brief = !all && !common_.empty();
+  if (brief) {
+    shown = get_options([&](const CLI::Option* option) {
+      return !option->nonpositional() || std::ranges::count(common_, option->get_lnames().front());
+    });
+    std::ranges::stable_partition(shown, [](auto* option) { return !option->nonpositional(); });
   }
-  add("Arguments", arguments_of(*this));
-  if (all || common_.empty())
-    for (const std::string& group : help_groups(*this)) add(group, options_of(*this, group));
-  else
-    add("Common options", get_options([&](const CLI::Option* option) {
-          return option->nonpositional() &&
-                 std::ranges::count(common_, option->get_lnames().front());
-        }));
+  for (const CLI::Option* option : shown) {
+    const bool argument = !option->nonpositional();
+    const std::string name = option->get_name(true) + (option->get_expected_max() > 1 ? "..." : "");
+    if (argument) line += option->get_required() ? " " + name : " [" + name + "]";
+    const std::string own = argument ? "Arguments" : brief ? "Common options" : option->get_group();
+    if (own != group) text += "\n" + (group = own) + ":\n";
+    text += help_row(*option);
+  }
   text += "\n";
-  if (!all && !common_.empty())
-    text += get_name() + " --help-all prints all " + std::to_string(help_options(*this).size()) +
-            " options.\n\n";
+  if (brief)
+    text += get_name() + " --help-all prints all " + std::to_string(count) + " options.\n\n";
   text += examples_.size() > 1 ? "Examples:\n  " : "Example:\n  ";
   std::cout << wrapped(get_description(), "\n", option_width + text_width) << line << "\n"
             << text << joined(examples_, "\n  ") << "\n";
@@ -206,11 +206,8 @@ bool CommandLine::read(std::span<const std::string> arguments) {
     return false;
   }
   if (arguments.size() == 1 && arguments.front().starts_with("--help=")) {
-    const std::string name = get_name().substr(get_name().find(' ') + 1);
     const std::string form = arguments.front().substr(7);
-    std::cout << (form == "man"
-                      ? manual_page({name, get_description(), examples_}, help_options(*this))
-                      : completion_script(form));
+    std::cout << (form == "man" ? manual_page(*this, examples_) : completion_script(form));
     return false;
   }
   if (arguments.size() > 1 && arguments.front() == "--complete") {

@@ -147,26 +147,10 @@ struct FrameOptions {
   void add_to(CommandLine& line);
 };
 
-/// A command of psivox in a list of them.
-struct HelpCommand {
-  std::string name, summary;
-  std::vector<std::string> examples = {};
-};
-
-/// An option or argument of a command as manual pages and completions need it.
-struct HelpOption {
-  std::vector<std::string> names;    ///< `-o`, `--output`; empty for an argument
-  std::string value;                 ///< `FILE`; empty for a flag
-  std::string help;                  ///< with its unit, without its default
-  std::string usual;                 ///< the default, if any
-  std::string group;                 ///< as --help prints it
-  std::vector<std::string> choices;  ///< words that the value may be; empty if any text may
-};
-
 /// The manual page of a command, made from the same options as --help.
-std::string manual_page(const HelpCommand& command, std::span<const HelpOption> options);
-/// The manual page of the program.
-std::string manual_of_program(std::span<const HelpCommand> commands);
+std::string manual_page(const CLI::App& command, std::span<const std::string> examples);
+/// The manual page of the program. `commands`: their names and summaries.
+std::string manual_of_program(std::span<const std::pair<std::string, std::string>> commands);
 
 /// The script by which a shell completes psivox's command lines: it runs `psivox --complete` with
 /// the words up to the cursor. Throws Error(usage) for another shell than bash, zsh and fish.
@@ -175,12 +159,7 @@ std::string completion_script(std::string_view shell);
 /// behind a tab; empty if it may be any text, such as the name of a file.
 std::string completions(const CLI::App& command, std::span<const std::string> words);
 
-std::vector<const CLI::Option*> arguments_of(const CLI::App& command);
-/// The groups of a command's options, in the order of their first ones.
-std::vector<std::string> help_groups(const CLI::App& command);
-std::vector<const CLI::Option*> options_of(const CLI::App& command, const std::string& group);
-
-/// All that --help prints, in its order; arguments first.
-std::vector<HelpOption> help_options(const CLI::App& command);
+/// All options of a command that help lists: arguments first, then by groups.
+std::vector<const CLI::Option*> help_options(const CLI::App& command);
 
 }  // namespace psivox

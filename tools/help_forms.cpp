@@ -10,9 +10,6 @@
 namespace psivox {
 namespace {
 
-using Commands = std::span<const HelpCommand>;
-using Options = std::span<const HelpOption>;
-
 // --- manual pages in roff: psivox(1), psivox-render(1) and so on
 
 /// Text in roff: a `-` of an option is no hyphen, and no line begins with a request.
@@ -40,18 +37,6 @@ std::string header(const std::string& page, std::string_view summary) {
     if (c >= 'a' && c <= 'z') c = char(c - 'a' + 'A');
   return ".TH " + title + " 1 \"\" \"psivox " PSIVOX_VERSION "\" \"User Commands\"\n.SH NAME\n" +
          page + " \\- " + roff(summary) + "\n.SH SYNOPSIS\n";
-}
-
-std::string entry(const HelpOption& option) {
-  std::string text = ".TP\n";
-  for (const std::string& name : option.names)
-    text += (&name == &option.names.front() ? "" : ", ") + bold(name);
-  if (!option.value.empty())
-    text += (option.names.empty() ? "" : " ") +
-            (option.choices.empty() ? italic(option.value) : roff(option.value));
-  text += "\n" + roff(option.help);
-  if (!option.usual.empty()) text += " (default: " + roff(option.usual) + ")";
-  return text + "\n";
 }
 
 std::string examples_section(std::span<const std::string> examples) {
@@ -113,54 +98,75 @@ bool is_word(const std::string& part) {
   });
 }
 
-HelpOption described(const CLI::Option& option) {
-  HelpOption result;
-  for (const std::string& name : option.get_snames()) result.names.push_back("-" + name);
-  for (const std::string& name : option.get_lnames()) result.names.push_back("--" + name);
+/// `-o`, `--output`; none of an argument.
+std::vector<std::string> names_of(const CLI::Option& option) {
+  std::vector<std::string> names;
+  for (const std::string& name : option.get_snames()) names.push_back("-" + name);
+  for (const std::string& name : option.get_lnames()) names.push_back("--" + name);
+  return names;
+}
+
+/// `FILE`; empty for a flag.
+std::string value_of(const CLI::Option& option) {
+  if (!option.nonpositional()) return option.get_name(/*positional=*/true);
+  return option.get_type_size() != 0 ? option.get_type_name() : "";
+}
+
+/// Words that the value may be; none if any text may.
+std::vector<std::string> choices_of(const CLI::Option& option) {
   const Parameter* parameter =
-      option.get_lnames().empty() ? nullptr : find_parameter(option.get_lnames().front());
-  if (!option.nonpositional())
-    result.value = option.get_name(/*positional=*/true);
-  else if (option.get_type_size() != 0)
-    result.value = option.get_type_name();
-  result.help = option.get_description();
-  result.usual = option.get_default_str();
-  result.group = option.get_group();
+      option.nonpositional() ? find_parameter(option.get_lnames().front()) : nullptr;
   // --help has a long list of words in the text
-  for (const std::string& part : split(parameter ? parameter->metavar : result.value, '|'))
-    if (is_word(part)) result.choices.push_back(part);
-  return result;
+  std::vector<std::string> words = split(parameter ? parameter->metavar : value_of(option), '|');
+  std::erase_if(words, [](const std::string& word) { return !is_word(word); });
+  return words;
+}
+
+std::string entry(const CLI::Option& option) {
+  std::vector<std::string> words = names_of(option);
+  for (std::string& name : words) name = bold(name);
+  std::string text = ".TP\n" + joined(words, ", ");
+  if (const std::string value = value_of(option); !value.empty())
+    text += (words.empty() ? "" : " ") + (choices_of(option).empty() ? italic(value) : roff(value));
+  text += "\n" + roff(option.get_description());
+  const std::string usual = option.get_default_str();
+  return text + (usual.empty() ? "" : " (default: " + roff(usual) + ")") + "\n";
 }
 
 }  // namespace
 
-std::string manual_page(const HelpCommand& command, Options options) {
+std::string manual_page(const CLI::App& command, std::span<const std::string> examples) {
+  const std::string summary = command.get_description();
+  std::string name = command.get_name();
   // the name's line has one sentence
-  const std::size_t dot = command.summary.find(". ");
-  std::string page = header("psivox-" + command.name, command.summary.substr(0, dot));
-  page += bold("psivox " + command.name) + " [OPTIONS]";
-  for (const HelpOption& option : options)
-    if (option.names.empty()) page += " [" + italic(option.value) + "]";
-  if (dot != std::string::npos) page += "\n.SH DESCRIPTION\n" + roff(command.summary);
-  page += "\n.SH OPTIONS\n";
-  std::string group;
-  for (const HelpOption& option : options) {
-    if (!option.names.empty() && option.group != group)
-      page += ".SS " + roff(group = option.group) + "\n";
-    page += entry(option);
+  const std::size_t dot = summary.find(". ");
+  const std::string synopsis = bold(name) + " [OPTIONS]";
+  std::ranges::replace(name, ' ', '-');
+  std::string page = header(name, summary.substr(0, dot)) + synopsis, entries, group;
+  for (const CLI::Option* option : help_options(command)) {
+    if (!option->nonpositional())
+      page += " [" + italic(value_of(*option)) + "]";
+    else if (option->get_group() != group)
+      entries += ".SS " + roff(group = option->get_group()) + "\n";
+    entries += entry(*option);
   }
-  return page + examples_section(command.examples) + ".SH SEE ALSO\n" + bold("psivox") + "(1)\n";
+  if (dot != std::string::npos) page += "\n.SH DESCRIPTION\n" + roff(summary);
+  return page + "\n.SH OPTIONS\n" + entries + examples_section(examples) + ".SH SEE ALSO\n" +
+         bold("psivox") + "(1)\n";
 }
 
-std::string manual_of_program(Commands commands) {
+std::string manual_of_program(std::span<const std::pair<std::string, std::string>> commands) {
   std::string page = header("psivox", "volume renderer for OpenVDB");
   page += bold("psivox") +
           " COMMAND [OPTIONS]\n.SH DESCRIPTION\n"
           "psivox renders OpenVDB volumes to pictures, without a window and without a GPU if there "
           "is none. It chooses a look that suits the file, and how to march it so that the RMS "
           "error stays below a tolerance.\n.SH COMMANDS\n";
-  for (const HelpCommand& command : commands)
-    page += ".TP\n" + bold("psivox-" + command.name) + "(1)\n" + roff(command.summary) + "\n";
+  std::vector<std::string> pages;
+  for (const auto& [name, summary] : commands) {
+    pages.push_back(bold("psivox-" + name) + "(1)");
+    page += ".TP\n" + pages.back() + "\n" + roff(summary) + "\n";
+  }
   page += ".TP\n" + bold("--version") +
           "\nprint the versions of psivox, its libraries and the GL renderer\n.TP\n" +
           bold("--help") +
@@ -171,10 +177,7 @@ std::string manual_of_program(Commands commands) {
   const std::string examples[] = {
       "psivox info smoke.vdb", "psivox render smoke.vdb -o smoke.png",
       "psivox render smoke.vdb -o smoke.exr --tolerance 1e-4 --aov depth", "psivox view smoke.vdb"};
-  page += examples_section(examples) + ".SH SEE ALSO\n";
-  for (const HelpCommand& command : commands)
-    page += (&command == &commands.front() ? "" : ", ") + bold("psivox-" + command.name) + "(1)";
-  return page + "\n";
+  return page + examples_section(examples) + ".SH SEE ALSO\n" + joined(pages, ", ") + "\n";
 }
 
 std::string completion_script(std::string_view shell) {
@@ -188,45 +191,30 @@ std::string completions(const CLI::App& command, std::span<const std::string> wo
   const std::string& current = words.back();
   const std::string assigned = current.substr(0, current.find('='));
   std::string all;
-  for (const HelpOption& option : help_options(command)) {
-    const auto has = [&](const std::string& name) {
-      return std::ranges::count(option.names, name);
-    };
+  for (const CLI::Option* option : help_options(command)) {
+    const std::vector<std::string> names = names_of(*option);
+    const auto has = [&](const std::string& name) { return std::ranges::count(names, name); };
     const bool after = words.size() > 1 && has(words[words.size() - 2]);
-    if (!option.value.empty() && (after || (assigned != current && has(assigned)))) {
+    if (!value_of(*option).empty() && (after || (assigned != current && has(assigned)))) {
       std::string choices;
-      for (const std::string& choice : option.choices)
+      for (const std::string& choice : choices_of(*option))
         choices += (after ? "" : assigned + "=") + choice + "\n";
       return choices;
     }
-    for (const std::string& name : option.names)
-      if (current.starts_with('-')) all += name + "\t" + option.help + "\n";
+    for (const std::string& name : names)
+      if (current.starts_with('-')) all += name + "\t" + option->get_description() + "\n";
   }
   return all;
 }
 
-std::vector<const CLI::Option*> arguments_of(const CLI::App& command) {
-  return command.get_options([](const CLI::Option* option) { return !option->nonpositional(); });
-}
-
-std::vector<const CLI::Option*> options_of(const CLI::App& command, const std::string& group) {
-  return command.get_options([&](const CLI::Option* option) {
-    return option->nonpositional() && option->get_group() == group;
+std::vector<const CLI::Option*> help_options(const CLI::App& command) {
+  std::vector<const CLI::Option*> options = command.get_options(
+      [](const CLI::Option* option) { return option->get_group() != hidden_group; });
+  const std::vector<std::string> groups = command.get_groups();
+  std::ranges::stable_sort(options, {}, [&](const CLI::Option* option) {
+    return option->nonpositional() ? std::ranges::find(groups, option->get_group()) - groups.begin()
+                                   : -1;
   });
-}
-
-std::vector<std::string> help_groups(const CLI::App& command) {
-  std::vector<std::string> groups = command.get_groups();
-  std::erase(groups, hidden_group);
-  return groups;
-}
-
-std::vector<HelpOption> help_options(const CLI::App& command) {
-  std::vector<HelpOption> options;
-  for (const CLI::Option* option : arguments_of(command)) options.push_back(described(*option));
-  for (const std::string& group : help_groups(command))
-    for (const CLI::Option* option : options_of(command, group))
-      options.push_back(described(*option));
   return options;
 }
 

@@ -137,8 +137,8 @@ void print_help() {
 
 /// `form`: man, or a shell.
 void print_help_form(const std::string& form) {
-  std::vector<HelpCommand> all;
-  for (const Command& command : commands) all.push_back({command.name, command.summary});
+  std::vector<std::pair<std::string, std::string>> all;
+  for (const Command& command : commands) all.emplace_back(command.name, command.summary);
   std::cout << (form == "man" ? manual_of_program(all) : completion_script(form));
 }
 
