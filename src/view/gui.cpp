@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
-#include <string>
 
 #include "base/terminal.h"
 #include "image/canvas.h"

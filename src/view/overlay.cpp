@@ -1,4 +1,4 @@
-#include "view/overlay.h"
+// What the window draws over the picture, and the list of files.
 
 #include <imgui.h>
 
@@ -11,6 +11,7 @@
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
 #include "scene/color.h"
+#include "view/viewer.h"
 #include "view/widgets.h"
 
 namespace psivox::view {

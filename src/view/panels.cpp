@@ -6,7 +6,6 @@
 
 #include "base/text.h"
 #include "psivox/parameters.h"
-#include "view/overlay.h"
 #include "view/viewer.h"
 #include "view/widgets.h"
 

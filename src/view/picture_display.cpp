@@ -52,14 +52,14 @@ void PictureDisplay::Screen::put(const PixelBox& part, std::span<const std::uint
                       GL_UNSIGNED_BYTE, rgb.data());
 }
 
-void PictureDisplay::set_preview(PreviewPicture picture) {
+void PictureDisplay::set_preview(PicturePart picture) {
   Side& side = sides_[picture.side];
   side.preview = std::move(picture.image);
   if (side.number != picture.number) side.number = 0;
   stale_ = true;
 }
 
-void PictureDisplay::add_part(const ExactPart& part) {
+void PictureDisplay::add_part(const PicturePart& part) {
   Side& side = sides_[part.side];
   if (side.number != part.number) {
     side.exact = rgba_image(part.picture_size.x, part.picture_size.y);

@@ -33,9 +33,9 @@ class PictureDisplay {
  public:
   PictureDisplay();
 
-  void set_preview(PreviewPicture picture);
+  void set_preview(PicturePart picture);
   /// Drops the parts of older wishes.
-  void add_part(const ExactPart& part);
+  void add_part(const PicturePart& part);
   /// That wish's exact picture, with 0 where its parts have not come. Unset if none has.
   std::optional<Image> exact(std::uint64_t number, std::size_t side) const;
 

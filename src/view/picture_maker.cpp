@@ -4,7 +4,6 @@
 
 #include "base/stopwatch.h"
 #include "psivox/error.h"
-#include "psivox/open.h"
 
 namespace psivox::view {
 namespace {
@@ -238,7 +237,7 @@ void PictureMaker::add_part(const PictureWish& wish, std::size_t side, const Don
                     4 * std::size_t(tile.width), to);
   const std::lock_guard lock(mutex_);
   if (!news_.parts.empty() && news_.parts.front().number != wish.number) news_.parts.clear();
-  news_.parts.push_back({wish.number, side, size, {tile.x, tile.y}, std::move(image)});
+  news_.parts.push_back({wish.number, side, std::move(image), {tile.x, tile.y}, size});
   news_.state.begun = wish.number;
 }
 

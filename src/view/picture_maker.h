@@ -91,19 +91,13 @@ struct PictureWish {
   ShownLayer layer = ShownLayer::picture;
 };
 
-/// A picture while things move, smaller than the window.
-struct PreviewPicture {
+/// A part of an exact picture, or all of a preview, which is smaller than the window.
+struct PicturePart {
   std::uint64_t number = 0;  ///< of its wish
   std::size_t side = 0;      ///< index of its scene
   Image image;
-};
-
-struct ExactPart {
-  std::uint64_t number = 0;
-  std::size_t side = 0;
-  glm::ivec2 picture_size{0};
   glm::ivec2 origin{0};  ///< of `image` in the picture
-  Image image;
+  glm::ivec2 picture_size{0};
 };
 
 /// Progress of the pictures that the window asked for. Its wishes are numbered from 1.
@@ -131,8 +125,8 @@ struct Probed {
 
 /// What the thread has made since it was last asked.
 struct PictureNews {
-  std::vector<PreviewPicture> previews;         ///< the last of each side
-  std::vector<ExactPart> parts;                 ///< of one wish
+  std::vector<PicturePart> previews;            ///< the last of each side
+  std::vector<PicturePart> parts;               ///< of one wish
   std::optional<glm::dvec3> picked;             ///< point under the pointer; see pick()
   std::optional<std::optional<Probed>> probed;  ///< what is there, if anything; see probe()
   std::vector<std::string> errors;

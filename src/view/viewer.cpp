@@ -127,13 +127,13 @@ void Viewer::take_volume_news() {
 
 void Viewer::take_pictures() {
   PictureNews news = maker_.news();
-  for (PreviewPicture& picture : news.previews) {
+  for (PicturePart& picture : news.previews) {
     if (!now_.scene.exposure && picture.side == 0)
       auto_exposure_ = psivox::auto_exposure(picture.image, now_.scene.tone_map);
     display_.set_preview(std::move(picture));
     redraw(1);
   }
-  for (const ExactPart& part : news.parts)
+  for (const PicturePart& part : news.parts)
     if (part.number == pictures_.wished) display_.add_part(part);
   if (news.state.refined != pictures_.refined) redraw(2);
   const std::uint64_t wished = pictures_.wished;
