@@ -39,9 +39,8 @@ Error read_error(const fs::path& path, const std::string& why) {
 }
 
 Error no_picture(const fs::path& path, const std::vector<std::string>& channels) {
-  std::string names;
-  for (const std::string& name : channels) names += " " + name;
-  return read_error(path, "it has neither the channels R G B nor a luminance Y, but" + names);
+  return read_error(
+      path, "it has neither the channels R G B nor a luminance Y, but " + joined(channels, " "));
 }
 
 Error write_error(const fs::path& path, const std::string& why) {
@@ -101,20 +100,11 @@ std::optional<Format> format_of_extension(const fs::path& path) {
   if (name == "-") return Format::png;
   const bool piped = name.ends_with(":-");
   std::string extension = piped ? "." + name.substr(0, name.size() - 2) : path.extension().string();
-  std::transform(extension.begin(), extension.end(), extension.begin(),
-                 [](char c) { return c >= 'A' && c <= 'Z' ? char(c - 'A' + 'a') : c; });
+  extension = lower_case(extension);
   if (!extension.empty())
     for (const FormatFacts& facts : formats)
       if (extension == facts.extension || extension == facts.other_extension) return facts.format;
   return std::nullopt;
-}
-
-std::string extension_problem(const fs::path& path) {
-  if (format_of_extension(path)) return {};
-  const std::string extension = path.extension().string();
-  const std::string found =
-      extension.empty() ? "no extension" : "unknown extension " + in_quotes(extension);
-  return "cannot write " + in_quotes(path.string()) + ": " + found + "; use " + known_extensions();
 }
 
 Format format_from_extension(const fs::path& path) {
@@ -185,3 +175,12 @@ void write_bytes(const fs::path& target, const std::string& bytes) {
 }
 
 }  // namespace psivox::image_io
+
+std::string psivox::extension_problem(const fs::path& path) {
+  if (image_io::format_of_extension(path)) return {};
+  const std::string extension = path.extension().string();
+  const std::string found =
+      extension.empty() ? "no extension" : "unknown extension " + in_quotes(extension);
+  return "cannot write " + in_quotes(path.string()) + ": " + found + "; use " +
+         image_io::known_extensions();
+}

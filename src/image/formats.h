@@ -24,7 +24,6 @@ Error no_picture(const std::filesystem::path& path, const std::vector<std::strin
 /// "cannot write 'path': why", Error(output).
 Error write_error(const std::filesystem::path& path, const std::string& why);
 
-/// The largest 16-bit float.
 constexpr float largest_half = 65504;
 
 /// The largest value written to an .hdr: RGBE ends at 2^127.
@@ -49,9 +48,6 @@ const FormatFacts& facts_of(Format format);
 std::optional<Format> format_of_extension(const std::filesystem::path& path);
 /// The format by the extension. Throws Error(usage) if no writer knows it.
 Format format_from_extension(const std::filesystem::path& path);
-
-/// Why format_from_extension throws for a path; empty if it does not.
-std::string extension_problem(const std::filesystem::path& path);
 
 /// The format of an existing file by its first bytes. A picture keeps working under another name,
 /// and a hostile file meets only the readers that psivox tests, not OpenImageIO's thirty.

@@ -233,8 +233,6 @@ bool has_picture_extension(const fs::path& path) {
   return image_io::format_of_extension(path).has_value();
 }
 
-std::string extension_problem(const fs::path& path) { return image_io::extension_problem(path); }
-
 bool is_standard_output(const fs::path& path) {
   const std::string& name = path.native();
   return name == "-" || (name.ends_with(":-") && image_io::format_of_extension(path));

@@ -1,6 +1,5 @@
 #include "psivox/picture_file.h"
 
-#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 
@@ -77,6 +76,21 @@ double round_length(double length) {
   return power;
 }
 
+/// Each label's colour, as a band of the bar.
+ColorScale scale_of_labels(const View& view) {
+  constexpr int rows = 8;  // of a band
+  const Field& density = *view.medium.density;
+  ColorScale scale = scale_of(view, {0, 1}, [](double) { return glm::dvec3(0); });
+  scale.colors.clear();
+  for (const LabelColor& label : label_colors(density)) {
+    scale.labels.push_back(density.scale.value_of(double(label.value)));
+    scale.colors.insert(scale.colors.end(), rows, label.color);
+  }
+  scale.min = scale.labels.front();
+  scale.max = scale.labels.back();
+  return scale;
+}
+
 }  // namespace
 
 std::vector<double> bar_values(const ColorScale& scale) {
@@ -110,25 +124,6 @@ double bar_place(const ColorScale& scale, double value) {
   const double low = scale.values.scaled(scale.min);
   return (scale.values.scaled(value) - low) / (scale.values.scaled(scale.max) - low);
 }
-
-namespace {
-
-/// Each label's colour, as a band of the bar.
-ColorScale scale_of_labels(const View& view) {
-  constexpr int rows = 8;  // of a band
-  const Field& density = *view.medium.density;
-  ColorScale scale = scale_of(view, {0, 1}, [](double) { return glm::dvec3(0); });
-  scale.colors.clear();
-  for (const LabelColor& label : label_colors(density)) {
-    scale.labels.push_back(density.scale.value_of(double(label.value)));
-    scale.colors.insert(scale.colors.end(), rows, label.color);
-  }
-  scale.min = scale.labels.front();
-  scale.max = scale.labels.back();
-  return scale;
-}
-
-}  // namespace
 
 std::optional<ColorScale> color_scale(const View& view) {
   const Scene& scene = view.scene;

@@ -45,20 +45,51 @@ std::string choose_exposure(const Image& image, Scene& scene) {
   return "exposure " + formatted("%.3g", *scene.exposure) + ", chosen by auto";
 }
 
-/// Returns why there is no bar.
-std::string add_color_bar(const std::optional<ColorScale>& scale, const Display& display,
-                          Image& image) {
-  if (!scale) return "--color-bar: no map gives the values a colour";
-  if (!draw_color_bar(image, *scale, display))
-    return "--color-bar: the picture is too small for it";
-  return {};
-}
-
 /// The light of lines and texts that are seen on a background.
 double ink_on(const std::optional<Background>& background) {
   constexpr double middle = 0.18;  // grey
   if (!background || background->environment) return 0.4;
   return glm::dot(background->color, glm::dvec3(0.2126, 0.7152, 0.0722)) > middle ? 0.03 : 0.6;
+}
+
+namespace fs = std::filesystem;
+
+/// Names of files in a scene.
+constexpr std::string Scene::*file_names[] = {&Scene::input, &Scene::transfer_function,
+                                              &Scene::holdout, &Scene::environment, &Scene::ocio};
+
+/// Calls changed(file) for each file that the scene names and puts the result in its place.
+template <typename Changed>
+void change_files(Scene& scene, const Changed& changed) {
+  const auto renamed = [&](const std::string& name) {
+    LayerOfFile named(name);
+    if (named.file.empty() || named.file.starts_with("ocio://")) return name;  // OpenColorIO's own
+    named.file = changed(named.file);
+    return named.text();
+  };
+  for (std::string Scene::*const name : file_names) scene.*name = renamed(scene.*name);
+  for (std::string& volume : scene.volumes) {
+    const std::string name = scene_of_volume(scene, volume).input;
+    volume = renamed(name) + volume.substr(name.size());
+  }
+}
+
+fs::path whole_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
+
+bool is_there(const fs::path& path) {
+  std::error_code unknown;
+  return fs::exists(path, unknown);
+}
+
+/// The file of that name in a scene that was written to `old_folder` and now is in `folder`.
+std::string found(const std::string& name, const fs::path& folder, const fs::path& old_folder) {
+  const fs::path path(name);
+  const fs::path relative = path.is_absolute() ? path.lexically_relative(old_folder) : path;
+  const fs::path beside = (folder / relative).lexically_normal();
+  const bool moved = !relative.empty() && is_there(beside);
+  // a scene in JSON names files from the working directory, as its command line did
+  if (path.is_absolute()) return moved ? beside.string() : name;
+  return is_there(path) || !moved ? name : beside.string();
 }
 
 }  // namespace
@@ -123,7 +154,10 @@ std::vector<std::string> complete_picture(Image& image, Scene& scene, const Lege
   if (scene.background) add_background(image, scene.background->color, legend.behind);
   if (!codes) return notices;
   const Display display = display_of(scene);
-  if (scene.color_bar) say(add_color_bar(legend.colors, display, image));
+  if (scene.color_bar && !legend.colors)
+    say("--color-bar: no map gives the values a colour");
+  else if (scene.color_bar && !draw_color_bar(image, *legend.colors, display))
+    say("--color-bar: the picture is too small for it");
   if (legend.lengths && !draw_scale_bar(image, *legend.lengths, display))
     say("--scale-bar: the picture is too small for it");
   draw_annotations(image, legend, ink_on(scene.background), display);
@@ -175,50 +209,6 @@ void check_picture_memory(int width, int height, int layers, int code_bytes) {
                         "a smaller --resolution",
                         width, height, needed / 0x1p30, usable / 0x1p30));
 }
-
-namespace {
-
-namespace fs = std::filesystem;
-
-/// Names of files in a scene.
-constexpr std::string Scene::*file_names[] = {&Scene::input, &Scene::transfer_function,
-                                              &Scene::holdout, &Scene::environment, &Scene::ocio};
-
-/// Calls changed(file) for each file that the scene names and puts the result in its place.
-template <typename Changed>
-void change_files(Scene& scene, const Changed& changed) {
-  const auto renamed = [&](const std::string& name) {
-    LayerOfFile named(name);
-    if (named.file.empty() || named.file.starts_with("ocio://")) return name;  // OpenColorIO's own
-    named.file = changed(named.file);
-    return named.text();
-  };
-  for (std::string Scene::*const name : file_names) scene.*name = renamed(scene.*name);
-  for (std::string& volume : scene.volumes) {
-    const std::string name = scene_of_volume(scene, volume).input;
-    volume = renamed(name) + volume.substr(name.size());
-  }
-}
-
-fs::path whole_path(const fs::path& path) { return fs::absolute(path).lexically_normal(); }
-
-bool is_there(const fs::path& path) {
-  std::error_code unknown;
-  return fs::exists(path, unknown);
-}
-
-/// The file of that name in a scene that was written to `old_folder` and now is in `folder`.
-std::string found(const std::string& name, const fs::path& folder, const fs::path& old_folder) {
-  const fs::path path(name);
-  const fs::path relative = path.is_absolute() ? path.lexically_relative(old_folder) : path;
-  const fs::path beside = (folder / relative).lexically_normal();
-  const bool moved = !relative.empty() && is_there(beside);
-  // a scene in JSON names files from the working directory, as its command line did
-  if (path.is_absolute()) return moved ? beside.string() : name;
-  return is_there(path) || !moved ? name : beside.string();
-}
-
-}  // namespace
 
 SceneFile read_scene_file(const std::string& path) {
   if (path.ends_with(".vdb") || path.ends_with(".nvdb"))

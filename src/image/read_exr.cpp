@@ -216,35 +216,6 @@ Image decode(const std::filesystem::path& path, Imf::MultiPartInputFile& file, b
   return {window.width, window.height, layers_of_file(stored, window), metadata_of(header)};
 }
 
-}  // namespace
-
-Image read_exr(const std::filesystem::path& path, bool needs_picture) {
-  return with_exr(path, [&](auto& file) { return decode(path, file, needs_picture); });
-}
-
-std::map<std::string, std::string> metadata_of_whole_exr(const std::filesystem::path& path) {
-  return with_exr(path, [&](auto& file) {
-    if (!Imf::isDeepData(file.header(0).type()))
-      return decode(path, file, /*needs_picture=*/false).metadata;
-    const Imath::Box2i& data = file.header(0).dataWindow();
-    const std::int64_t width = width_of(data);
-    std::vector<unsigned> counts(std::size_t(width * height_of(data)));
-    Imf::DeepFrameBuffer frame;
-    frame.insertSampleCountSlice(Imf::Slice::Make(Imf::UINT, counts.data(), data, sizeof(unsigned),
-                                                  sizeof(unsigned) * std::size_t(width)));
-    Imf::DeepScanLineInputPart part(file, 0);
-    part.setFrameBuffer(frame);
-    part.readPixelSampleCounts(data.min.y, data.max.y);
-    return metadata_of(file.header(0));
-  });
-}
-
-std::map<std::string, std::string> read_exr_metadata(const std::filesystem::path& path) {
-  return with_exr(path, [](const auto& file) { return metadata_of(file.header(0)); });
-}
-
-namespace {
-
 /// A layer to read, and the places of its channels in the file.
 struct LayerSource {
   std::string name;
@@ -322,6 +293,31 @@ Layer cut_layer(const LayerSource& source, const StoredPixels& stored, const Win
 }
 
 }  // namespace
+
+Image read_exr(const std::filesystem::path& path, bool needs_picture) {
+  return with_exr(path, [&](auto& file) { return decode(path, file, needs_picture); });
+}
+
+std::map<std::string, std::string> metadata_of_whole_exr(const std::filesystem::path& path) {
+  return with_exr(path, [&](auto& file) {
+    if (!Imf::isDeepData(file.header(0).type()))
+      return decode(path, file, /*needs_picture=*/false).metadata;
+    const Imath::Box2i& data = file.header(0).dataWindow();
+    const std::int64_t width = width_of(data);
+    std::vector<unsigned> counts(std::size_t(width * height_of(data)));
+    Imf::DeepFrameBuffer frame;
+    frame.insertSampleCountSlice(Imf::Slice::Make(Imf::UINT, counts.data(), data, sizeof(unsigned),
+                                                  sizeof(unsigned) * std::size_t(width)));
+    Imf::DeepScanLineInputPart part(file, 0);
+    part.setFrameBuffer(frame);
+    part.readPixelSampleCounts(data.min.y, data.max.y);
+    return metadata_of(file.header(0));
+  });
+}
+
+std::map<std::string, std::string> read_exr_metadata(const std::filesystem::path& path) {
+  return with_exr(path, [](const auto& file) { return metadata_of(file.header(0)); });
+}
 
 bool have_picture(const std::vector<std::string>& channels) {
   return picture_source(channels).has_value();

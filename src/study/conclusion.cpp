@@ -63,10 +63,41 @@ const StudyPoint* first_of_same(const StudyResults& results, const StudyPoint* p
   return found == same.end() ? same.front() : *found;
 }
 
-std::vector<Variant> same_variants(const StudyResults& results, const StudyPoint& point) {
-  std::vector<Variant> variants;
-  for (const StudyPoint* p : same_pictures(results, point)) variants.push_back(p->variant);
-  return variants;
+/// Points of one refinement(), from coarse to fine.
+using StudyCurve = std::vector<const StudyPoint*>;
+
+/// The points' curves, in the order of their first points.
+std::vector<StudyCurve> curves_of(const std::vector<const StudyPoint*>& points) {
+  std::vector<StudyCurve> curves;
+  for (const StudyPoint* point : points) {
+    auto curve = std::ranges::find_if(curves, [&](const StudyCurve& c) {
+      return refinement(c.front()->variant) == refinement(point->variant);
+    });
+    if (curve == curves.end()) curve = curves.insert(curve, StudyCurve{});
+    curve->push_back(point);
+  }
+  for (StudyCurve& curve : curves)
+    std::ranges::stable_sort(curve, [](const StudyPoint* a, const StudyPoint* b) {
+      return is_coarser(a->variant, b->variant);
+    });
+  return curves;
+}
+
+/// A sentence on points whose error is greater than that of a wider step before them; empty if
+/// there are none. Errors that are those of float32 say nothing about steps.
+std::string rises_note(const StudyResults& results) {
+  constexpr double rises = 1.05, rounding = 3;
+  std::vector<std::string> all;
+  for (const StudyCurve& curve : curves_of(largest_pictures(results)))
+    for (std::size_t i = 1; i < curve.size(); ++i) {
+      const StudyPoint &coarse = *curve[i - 1], &fine = *curve[i];
+      const double noise = fine.arithmetic ? rounding * fine.arithmetic->rms() : 1e-6;
+      if (fine.variant.tolerance || !(fine.rms() > std::max(noise, rises * coarse.rms()))) continue;
+      all.push_back(rule_name(fine.variant) + " " + two_digits(fine.rms()) + " at " +
+                    sampling_name(fine.variant) + ", " + two_digits(coarse.rms()) + " at " +
+                    sampling_name(coarse.variant));
+    }
+  return all.empty() ? "" : " The error rises with a smaller step: " + joined(all, ". ") + ".";
 }
 
 }  // namespace
@@ -141,54 +172,14 @@ Conclusion conclusion_of(const StudyResults& results) {
   return conclusion;
 }
 
-namespace {
-
-/// Points of one refinement(), from coarse to fine.
-using StudyCurve = std::vector<const StudyPoint*>;
-
-/// The points' curves, in the order of their first points.
-std::vector<StudyCurve> curves_of(const std::vector<const StudyPoint*>& points) {
-  std::vector<StudyCurve> curves;
-  for (const StudyPoint* point : points) {
-    auto curve = std::ranges::find_if(curves, [&](const StudyCurve& c) {
-      return refinement(c.front()->variant) == refinement(point->variant);
-    });
-    if (curve == curves.end()) curve = curves.insert(curve, StudyCurve{});
-    curve->push_back(point);
-  }
-  for (StudyCurve& curve : curves)
-    std::ranges::stable_sort(curve, [](const StudyPoint* a, const StudyPoint* b) {
-      return is_coarser(a->variant, b->variant);
-    });
-  return curves;
-}
-
-/// A sentence on points whose error is greater than that of a wider step before them; empty if
-/// there are none. Errors that are those of float32 say nothing about steps.
-std::string rises_note(const StudyResults& results) {
-  constexpr double rises = 1.05, rounding = 3;
-  std::vector<std::string> all;
-  for (const StudyCurve& curve : curves_of(largest_pictures(results)))
-    for (std::size_t i = 1; i < curve.size(); ++i) {
-      const StudyPoint &coarse = *curve[i - 1], &fine = *curve[i];
-      const double noise = fine.arithmetic ? rounding * fine.arithmetic->rms() : 1e-6;
-      if (fine.variant.tolerance || !(fine.rms() > std::max(noise, rises * coarse.rms()))) continue;
-      all.push_back(rule_name(fine.variant) + " " + two_digits(fine.rms()) + " at " +
-                    sampling_name(fine.variant) + ", " + two_digits(coarse.rms()) + " at " +
-                    sampling_name(coarse.variant));
-    }
-  return all.empty() ? "" : " The error rises with a smaller step: " + joined(all, ". ") + ".";
-}
-
-}  // namespace
-
 std::string conclusion_text(const StudyResults& results) {
   const auto [coarse, fine, fine_rms] = conclusion_of(results);
   if (results.points.empty()) return "";
   const Scene scene = scene_in(results);
   bool lists_rules = false;
   const auto settings = [&](const StudyPoint& p) {
-    const std::vector<Variant> same = same_variants(results, p);
+    std::vector<Variant> same;
+    for (const StudyPoint* other : same_pictures(results, p)) same.push_back(other->variant);
     lists_rules |= same.size() > 1;
     return settings_text(scene, same);
   };

@@ -50,7 +50,9 @@ std::string json_text(const Json& json) {
   return json.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string csv_text(const std::vector<Json>& rows, const std::string& head) {
+std::string csv_text(const std::vector<Json>& rows, std::string head) {
+  if (head.empty() && !rows.empty())
+    for (const auto& [name, value] : rows.front().items()) head += (head.empty() ? "" : ",") + name;
   std::string out = head + "\n";
   for (const Json& row : rows) {
     std::vector<std::string> cells;
@@ -63,13 +65,6 @@ std::string csv_text(const std::vector<Json>& rows, const std::string& head) {
     out += joined(cells) + "\n";
   }
   return out;
-}
-
-std::string csv_text(const std::vector<Json>& rows) {
-  if (rows.empty()) return "\n";
-  std::vector<std::string> names;
-  for (const auto& [name, value] : rows.front().items()) names.push_back(name);
-  return csv_text(rows, joined(names));
 }
 
 Json rules_json() {

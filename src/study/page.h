@@ -27,10 +27,8 @@ std::string json_text(const Json& json);
 
 /// CSV of rows of values by name: the line `head` of names with commas, and below it each row's
 /// numbers, with all their digits, and texts, which have neither comma nor quote. A value that a
-/// row lacks, or that is null, is empty.
-std::string csv_text(const std::vector<Json>& rows, const std::string& head);
-/// The head has the names of the first row.
-std::string csv_text(const std::vector<Json>& rows);
+/// row lacks, or that is null, is empty. An empty head means the names of the first row.
+std::string csv_text(const std::vector<Json>& rows, std::string head = {});
 
 /// Every rule: its name, and what it is.
 Json rules_json();

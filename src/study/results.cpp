@@ -80,30 +80,6 @@ std::optional<PictureError> optional_error_from(const Json& j) {
   return j.is_null() ? std::nullopt : std::optional(error_from(j));
 }
 
-}  // namespace
-
-Json json_of(const StudyPoint& p) {
-  Json j = json_of(p.variant);
-  if (p.chosen) {
-    j["chosen"] = json_of(*p.chosen);
-    j["chosen"]["rms"] = p.estimate;
-  }
-  if (!p.same_as.empty()) j["same_as"] = p.same_as;
-  j["error"] = json_of(p.error);
-  j["step_error"] = json_of(p.step_error);
-  j["arithmetic_error"] = json_of(p.arithmetic);
-  j["samples_per_ray"] = p.samples_per_ray;
-  j["steps_per_ray"] = p.steps_per_ray;
-  j["atlas_bytes"] = p.atlas_bytes;
-  j["difference_scale"] = p.difference_scale;
-  j["times_ms"] = Json::array();
-  for (const TimeSample& t : p.times)
-    j["times_ms"].push_back({{"wall", t.wall_ms}, {"gpu", t.gpu_ms}, {"cpu", t.cpu_ms}});
-  return j;
-}
-
-namespace {
-
 StudyPoint point_from(const Json& j) {
   StudyPoint p;
   p.variant = variant_from(j);
@@ -188,16 +164,17 @@ Json csv_row(const StudyPoint& p, const Scene& base) {
   row["tolerance"] = p.variant.tolerance.value_or(0);
   row["estimate"] = p.estimate;
   row["repeats"] = p.times.size();
-  const auto add = [&](const std::string& clock, const Spread& s) {
-    row.update({{clock + "_median", s.median},
-                {clock + "_lower", s.lower},
-                {clock + "_upper", s.upper},
-                {clock + "_min", s.min},
-                {clock + "_max", s.max}});
-  };
-  add("gpu_ms", gpu_ms(p));
-  add("wall_ms", wall_ms(p));
-  add("cpu_ms", cpu_ms(p));
+  for (const auto& [clock, member] : {std::pair("gpu_ms", &TimeSample::gpu_ms),
+                                      {"wall_ms", &TimeSample::wall_ms},
+                                      {"cpu_ms", &TimeSample::cpu_ms}}) {
+    const Spread s = spread(p, member);
+    const std::string name = clock;
+    row.update({{name + "_median", s.median},
+                {name + "_lower", s.lower},
+                {name + "_upper", s.upper},
+                {name + "_min", s.min},
+                {name + "_max", s.max}});
+  }
   return row;
 }
 
@@ -249,6 +226,26 @@ double scatter(const StudyResults& results, double TimeSample::*clock) {
 }
 
 }  // namespace
+
+Json json_of(const StudyPoint& p) {
+  Json j = json_of(p.variant);
+  if (p.chosen) {
+    j["chosen"] = json_of(*p.chosen);
+    j["chosen"]["rms"] = p.estimate;
+  }
+  if (!p.same_as.empty()) j["same_as"] = p.same_as;
+  j["error"] = json_of(p.error);
+  j["step_error"] = json_of(p.step_error);
+  j["arithmetic_error"] = json_of(p.arithmetic);
+  j["samples_per_ray"] = p.samples_per_ray;
+  j["steps_per_ray"] = p.steps_per_ray;
+  j["atlas_bytes"] = p.atlas_bytes;
+  j["difference_scale"] = p.difference_scale;
+  j["times_ms"] = Json::array();
+  for (const TimeSample& t : p.times)
+    j["times_ms"].push_back({{"wall", t.wall_ms}, {"gpu", t.gpu_ms}, {"cpu", t.cpu_ms}});
+  return j;
+}
 
 double PictureError::rms() const {
   return std::sqrt((3 * radiance.rms * radiance.rms + alpha.rms * alpha.rms) / 4);

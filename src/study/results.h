@@ -45,7 +45,6 @@ Variant variant_of(Method method, const glm::ivec2& resolution);
 
 bool differ_in_rule(Variant a, const Variant& b);
 
-/// The scene that renders the variant.
 Scene scene_of(const Variant& variant, const Scene& base);
 
 /// Whether the picture depends on the rule and the segments: a maximum or a surface does not.
@@ -136,10 +135,9 @@ inline Spread spread(const StudyPoint& point, double TimeSample::*clock) {
   for (const TimeSample& time : point.times) values.push_back(time.*clock);
   return spread_of(std::move(values));
 }
-inline Spread wall_ms(const StudyPoint& point) { return spread(point, &TimeSample::wall_ms); }
-inline Spread gpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::gpu_ms); }
-inline Spread cpu_ms(const StudyPoint& point) { return spread(point, &TimeSample::cpu_ms); }
-inline double median_cpu_ms(const StudyPoint& point) { return cpu_ms(point).median; }
+inline double median_cpu_ms(const StudyPoint& point) {
+  return spread(point, &TimeSample::cpu_ms).median;
+}
 
 /// The measurement of another renderer's picture.
 struct ForeignPoint {
@@ -153,10 +151,6 @@ struct ForeignPoint {
   double rms() const { return opaque ? error.radiance.rms : error.rms(); }
 };
 
-/// What tables and plots call it: its name, marked as foreign.
-inline std::string shown_name(const ForeignPoint& point) {
-  return point.picture.name + " (foreign)";
-}
 /// The name as that of a file, without extension.
 std::string file_name(const ForeignPicture& picture);
 

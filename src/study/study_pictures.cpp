@@ -12,7 +12,6 @@
 #include "psivox/error.h"
 #include "psivox/page.h"
 #include "psivox/parameters.h"
-#include "psivox/picture_file.h"
 #include "scene/json_problem.h"
 #include "study/page.h"
 
@@ -55,6 +54,21 @@ bool is_opaque(const Image& image) {
   for (std::size_t i = 3; i < rgba.size(); i += 4)
     if (rgba[i] != 1) return false;
   return true;
+}
+
+/// One of the list in the file at `path`.
+ForeignPicture foreign_picture(const nlohmann::json& item, const std::filesystem::path& path) {
+  const auto fail = [](const std::string& what) { throw Error(ExitCode::usage, what); };
+  if (!item.is_object() || !item.contains("name") || !item.contains("picture"))
+    fail("each picture is an object with name and picture, not " + in_quotes(item.dump()));
+  check_keys(item, {"name", "picture", "time_ms"}, "a picture", ExitCode::usage);
+  for (const char* key : {"name", "picture"})
+    if (!item[key].is_string())
+      fail(std::string(key) + ": expected a text, not " + item[key].dump());
+  const nlohmann::json time = item.value("time_ms", nlohmann::json());
+  if (!time.is_number() && !time.is_null()) fail("time_ms: expected a number, not " + time.dump());
+  const std::filesystem::path file = path.parent_path() / item["picture"].get<std::string>();
+  return {item["name"], file.string(), time.is_null() ? 0 : time.get<double>()};
 }
 
 }  // namespace
@@ -165,7 +179,7 @@ ForeignPoint StudyPictures::compare(const ForeignPicture& foreign) const {
       foreign, picture, reference, own.background.value_or(glm::dvec3(0)).color, around.behind);
   const std::string file = file_name(foreign) + ".png";
   write_image(difference, options_.folder / differences_folder / file);
-  write_picture(picture, own, around, shown_name(point),
+  write_picture(picture, own, around, point.picture.name + " (foreign)",
                 {(options_.folder / pictures_folder / file).string()});
   return point;
 }
@@ -252,25 +266,6 @@ ForeignPicture foreign_picture(std::string_view text) {
     picture.file.resize(comma);
   return picture;
 }
-
-namespace {
-
-/// One of the list in the file at `path`.
-ForeignPicture foreign_picture(const nlohmann::json& item, const std::filesystem::path& path) {
-  const auto fail = [](const std::string& what) { throw Error(ExitCode::usage, what); };
-  if (!item.is_object() || !item.contains("name") || !item.contains("picture"))
-    fail("each picture is an object with name and picture, not " + in_quotes(item.dump()));
-  check_keys(item, {"name", "picture", "time_ms"}, "a picture", ExitCode::usage);
-  for (const char* key : {"name", "picture"})
-    if (!item[key].is_string())
-      fail(std::string(key) + ": expected a text, not " + item[key].dump());
-  const nlohmann::json time = item.value("time_ms", nlohmann::json());
-  if (!time.is_number() && !time.is_null()) fail("time_ms: expected a number, not " + time.dump());
-  const std::filesystem::path file = path.parent_path() / item["picture"].get<std::string>();
-  return {item["name"], file.string(), time.is_null() ? 0 : time.get<double>()};
-}
-
-}  // namespace
 
 std::vector<ForeignPicture> read_foreign_pictures(const std::string& path) {
   const std::string text = read_text(path, "list of pictures");

@@ -113,7 +113,6 @@ class SuiteRun {
     }
   }
 
-  /// Frees the sessions and the references.
   void forget() { sessions_.clear(), references_.clear(); }
   /// The work of a variant's picture [look-ups], as if rays crossed 100 voxels.
   double work(const Variant& v) const { return rays() * of_ray(v) / std::pow(part(v), 2); }
