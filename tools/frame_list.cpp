@@ -79,7 +79,6 @@ void check_beside(const std::string& option, const std::string& name, const Fram
                 option + " " + in_quotes(name) + " has no file for: " + frames_text(missing));
 }
 
-/// The number of the frame that a single file is.
 FrameNumber number_of(const std::string& file) {
   const std::optional<FrameNumber> number = frame_number("", file);
   if (!number)

@@ -2,11 +2,9 @@
 
 #include <unistd.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <utility>
 
-#include "base/text.h"
 #include "field/value_range.h"
 #include "psivox/parameters.h"
 

@@ -4,11 +4,7 @@
 #include <filesystem>
 
 #include "base/input_file.h"
-#include "base/text_file.h"
-#include "command_line.h"
 #include "psivox/open.h"
-#include "psivox/picture_file.h"
-#include "psivox/sequence.h"
 #include "psivox/vdb.h"
 #include "scene/cuts.h"
 

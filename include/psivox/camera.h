@@ -111,7 +111,6 @@ bool z_is_up(const Scene& scene, const Subject& subject);
 /// The direction that is up in the picture: the scene's own, else its up axis.
 glm::dvec3 up_direction(const Scene& scene, const Subject& subject);
 
-/// World bounds of a field's domain.
 void world_bounds(const Field& field, glm::dvec3& box_min, glm::dvec3& box_max);
 
 /// Position of sample i of n inside a pixel, in [0,1)^2 (a Hammersley set; (0.5, 0.5) for n = 1).

@@ -214,7 +214,6 @@ class DenseField {
   struct Block;
   Block summarise(const LeafValues& values, const glm::ivec3& origin) const;
   void copy(const LeafValues& values, const glm::ivec3& origin, float* leaf) const;
-  /// Voxels of a block within the array.
   glm::ivec3 size_of_block(const glm::ivec3& origin) const;
   /// Adds the next planes of an axis, whose first voxel is the array's first.
   void add(const ArrayValues& slab, int axis, bool in_place);

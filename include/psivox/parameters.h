@@ -92,7 +92,6 @@ void set_parameter(Scene& scene, std::string_view name, std::string_view text);
 
 /// The value as set_parameter reads it, with enough digits to give the same number.
 std::string parameter_text(const Scene& scene, const Parameter& parameter);
-/// The text of the parameter of that name.
 std::string parameter_text(const Scene& scene, std::string_view name);
 
 /// Whether its value is a colour: R,G,B are linear, 1 is white; #rgb, #rrggbb and the names of CSS

@@ -89,7 +89,6 @@ Legend legend_of(const View& view);
 /// Numbers from min to max at round distances, about `count` of them, as the bar's labels.
 std::vector<double> round_values(double min, double max, int count);
 
-/// A file for a picture.
 struct PictureFile {
   std::string path;
   WriteOptions format{};              ///< its display is the scene's

@@ -88,7 +88,6 @@ struct Background {
   bool operator==(const Background&) const = default;
 };
 
-/// A box in the world.
 struct WorldBox {
   glm::dvec3 min{0}, max{0};
   bool operator==(const WorldBox&) const = default;

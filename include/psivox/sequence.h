@@ -59,7 +59,6 @@ std::vector<FrameNumber> read_frames(const std::string& text, const std::string&
 /// Short text that read_frames reads: `1-10x3,20`. Ascending frames.
 std::string frames_text(std::span<const FrameNumber> frames);
 
-/// One file for each frame.
 using SequenceFiles = std::map<FrameNumber, std::string>;
 
 /// Whether psivox reads files of that name.

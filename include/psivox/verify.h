@@ -9,7 +9,6 @@
 
 namespace psivox {
 
-/// The result of one case of verify.
 struct VerifyCase {
   std::string name;
   std::string reason;  ///< why the bound is what it is, in a few words

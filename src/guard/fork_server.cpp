@@ -12,7 +12,6 @@
 #include <system_error>
 
 #include "base/text.h"
-#include "psivox/error.h"
 
 namespace psivox::guard {
 namespace {

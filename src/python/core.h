@@ -33,7 +33,6 @@ class Working {
   Working(const Working&) = delete;
   Working& operator=(const Working&) = delete;
 
-  /// Throws Error(failure) once Python ends.
   static void check_open() {
     if (ends_) throw Error(ExitCode::failure, "Python ends");
   }

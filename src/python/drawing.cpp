@@ -3,13 +3,10 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <atomic>
 #include <map>
 
 #include "psivox/camera.h"
-#include "psivox/error.h"
 #include "psivox/open.h"
-#include "psivox/picture_file.h"
 
 namespace psivox::python {
 namespace {

@@ -84,7 +84,6 @@ NiftiFields fields_at(const NiftiPlaces& at, const Fields& from) {
   return to;
 }
 
-/// A type of values by its number.
 struct NiftiType {
   int number;
   Type type;

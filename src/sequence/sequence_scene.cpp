@@ -59,7 +59,6 @@ Scene scene_for(Scene scene, const VdbFile& file, const std::string& path,
   return scene;
 }
 
-/// How samples are opened.
 struct SampleOptions {
   std::string open_look;
   bool background = true;

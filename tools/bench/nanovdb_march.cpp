@@ -19,7 +19,6 @@
 #include <tbb/parallel_for.h>
 
 #include "base/stopwatch.h"
-#include "psivox/image.h"
 
 namespace {
 

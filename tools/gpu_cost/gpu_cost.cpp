@@ -124,7 +124,6 @@ struct Module {
   std::vector<vk::DescriptorSetLayoutBinding> bindings;
 };
 
-/// glslang's state of a process.
 struct Glslang {
   Glslang() { glslang::InitializeProcess(); }
   ~Glslang() { glslang::FinalizeProcess(); }
