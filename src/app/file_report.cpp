@@ -140,14 +140,9 @@ std::size_t letters(const std::string& text) {
       std::ranges::count_if(printable(text), [](char c) { return (c & 0xc0) != 0x80; }));
 }
 
-std::size_t longest_name(const std::vector<GridReport>& grids) {
-  std::size_t length = 0;
-  for (const GridReport& row : grids) length = std::max(length, letters(row.grid.name));
-  return length;
-}
-
 void print_usable(const FileReport& report, Lines& out) {
-  const std::size_t width = longest_name(report.grids);
+  std::size_t width = 0;
+  for (const GridReport& row : report.grids) width = std::max(width, letters(row.grid.name));
   for (const GridReport& row : report.grids) {
     const std::string name = row.grid.name + std::string(width - letters(row.grid.name), ' ');
     if (!row.usable()) {

@@ -1,5 +1,6 @@
 #include <png.h>
 
+#include <bit>
 #include <cmath>
 #include <csetjmp>
 #include <cstdint>
@@ -111,22 +112,10 @@ std::vector<png_text> texts_of(const std::map<std::string, std::string>& metadat
   return texts;
 }
 
-/// R G B A, most significant byte first.
-std::vector<std::uint8_t> bytes_of(std::span<const float> rgba, int bits, const Display& display) {
-  if (bits == 8) return srgb_codes<std::uint8_t>(rgba, 4, display);
-  std::vector<std::uint8_t> bytes;
-  bytes.reserve(2 * rgba.size());
-  for (const std::uint16_t code : srgb_codes<std::uint16_t>(rgba, 4, display)) {
-    bytes.push_back(std::uint8_t(code >> 8));
-    bytes.push_back(std::uint8_t(code & 255));
-  }
-  return bytes;
-}
-
 struct Picture {
   int width, height, bits;
   bool srgb;
-  std::vector<std::uint8_t> pixels;
+  const void* pixels;  ///< codes of R G B A, of 8 or 16 bits
   std::vector<png_text> texts;
 };
 
@@ -142,7 +131,8 @@ bool encode(png_structp png, png_infop info, const Picture& picture) {
   if (picture.srgb) png_set_sRGB_gAMA_and_cHRM(png, info, PNG_sRGB_INTENT_PERCEPTUAL);
   png_set_text(png, info, picture.texts.data(), int(picture.texts.size()));
   png_write_info(png, info);
-  const std::uint8_t* row = picture.pixels.data();
+  if (picture.bits == 16 && std::endian::native == std::endian::little) png_set_swap(png);
+  const auto* row = static_cast<const png_byte*>(picture.pixels);
   for (int y = 0; y < picture.height; ++y, row += png_get_rowbytes(png, info))
     png_write_row(png, row);
   png_write_end(png, info);
@@ -161,13 +151,18 @@ void append(png_structp png, png_bytep bytes, std::size_t count) {
 
 /// The bytes of a PNG; empty with `failure` set if libpng fails.
 std::string encoded(const Image& image, const WriteOptions& options, std::string& failure) {
-  const int bits = options.bits.value_or(8);
-  const Picture picture{image.width,
-                        image.height,
-                        bits,
-                        options.display.ocio.config.empty(),
-                        bytes_of(image.rgba(), bits, options.display),
-                        texts_of(image.metadata)};
+  Picture picture{image.width,
+                  image.height,
+                  options.bits.value_or(8),
+                  options.display.ocio.config.empty(),
+                  nullptr,
+                  texts_of(image.metadata)};
+  std::vector<std::uint8_t> codes;
+  std::vector<std::uint16_t> wide;
+  if (picture.bits == 8)
+    picture.pixels = (codes = srgb_codes<std::uint8_t>(image.rgba(), 4, options.display)).data();
+  else
+    picture.pixels = (wide = srgb_codes<std::uint16_t>(image.rgba(), 4, options.display)).data();
   std::string bytes;
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &failure, fail, ignore_warning);
   png_infop info = png ? png_create_info_struct(png) : nullptr;
