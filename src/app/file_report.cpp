@@ -45,11 +45,8 @@ Json box_json(const Vector& min, const Vector& max) {
 
 Json matrix_json(const glm::dmat4& matrix) {
   Json rows = Json::array();
-  for (int r = 0; r < 4; ++r) {
-    Json values = Json::array();
-    for (int c = 0; c < 4; ++c) values.push_back(matrix[c][r]);
-    rows.push_back(values);
-  }
+  for (int r = 0; r < 4; ++r)
+    rows.push_back({matrix[0][r], matrix[1][r], matrix[2][r], matrix[3][r]});
   return rows;
 }
 

@@ -19,19 +19,11 @@ namespace fs = std::filesystem;
 
 namespace psivox::image_io {
 
-std::string one_line(const std::string& text) {
-  std::string line;
-  bool pending_break = false;
-  for (const char c : text) {
-    if (c == '\n' || c == '\r') {
-      pending_break = !line.empty();
-    } else {
-      if (pending_break) line += "; ";
-      pending_break = false;
-      line += c;
-    }
-  }
-  return line;
+std::string one_line(std::string text) {
+  std::ranges::replace(text, '\r', '\n');
+  std::vector<std::string> lines = split(text, '\n');
+  std::erase(lines, "");
+  return joined(lines, "; ");
 }
 
 Error read_error(const fs::path& path, const std::string& why) {
@@ -64,14 +56,11 @@ constexpr FormatFacts formats[] = {
 };
 
 std::string known_extensions() {
-  std::string list;
+  std::vector<std::string> names;
   for (const FormatFacts& facts : formats)
-    for (const std::string_view extension : {facts.extension, facts.other_extension}) {
-      if (extension.empty()) continue;
-      const bool last = &facts == std::end(formats) - 1;
-      list += std::string(list.empty() ? "" : last ? " or " : ", ") + std::string(extension);
-    }
-  return list;
+    for (const std::string_view extension : {facts.extension, facts.other_extension})
+      if (!extension.empty()) names.emplace_back(extension);
+  return joined(std::span(names).first(names.size() - 1), ", ") + " or " + names.back();
 }
 
 std::optional<Format> format_from_start(std::string_view start) {

@@ -13,7 +13,7 @@
 namespace psivox::image_io {
 
 /// `text` without line breaks: libraries report several lines, an Error has one.
-std::string one_line(const std::string& text);
+std::string one_line(std::string text);
 
 /// "cannot read 'path': why", Error(input).
 Error read_error(const std::filesystem::path& path, const std::string& why);

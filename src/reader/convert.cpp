@@ -95,7 +95,7 @@ glm::vec2 active_bounds(const openvdb::FloatGrid& grid) {
 }
 
 struct Lattice {
-  openvdb::Vec3d origin;  ///< world position of index (0,0,0)
+  glm::dvec3 origin;  ///< world position of index (0,0,0)
   double voxel_size;
   bool coarsened;  ///< to respect kMaxResampledVoxels
 };
@@ -104,20 +104,15 @@ struct Lattice {
 Lattice lattice_of(const openvdb::GridBase& grid) {
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
   const openvdb::math::Transform& transform = grid.transform();
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  openvdb::Vec3d lo(infinity), hi(-infinity);
-  double voxel_size = infinity;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::ivec3 at = corner_of({place_of(box.min()), place_of(box.max())}, corner);
-    const openvdb::Vec3d index(at.x, at.y, at.z);
-    const openvdb::Vec3d world = transform.indexToWorld(index);
-    lo = openvdb::math::minComponent(lo, world);
-    hi = openvdb::math::maxComponent(hi, world);
-    const openvdb::Vec3d size = transform.voxelSize(index);
+  double voxel_size = std::numeric_limits<double>::infinity();
+  const auto place = [&](const glm::dvec3& at) {
+    const openvdb::Vec3d index(at.x, at.y, at.z), size = transform.voxelSize(index);
     voxel_size = std::min({voxel_size, size[0], size[1], size[2]});
-  }
-  const openvdb::Vec3d extent = hi - lo;
-  if (!(voxel_size > 0.0) || !std::isfinite(extent.length())) {
+    return point_of(transform.indexToWorld(index));
+  };
+  const auto [lo, hi] = bounds_of({place_of(box.min()), place_of(box.max())}, place);
+  const glm::dvec3 extent = hi - lo;
+  if (!(voxel_size > 0.0) || !std::isfinite(glm::length(extent))) {
     throw std::runtime_error("has a frustum transform that is singular within its active voxels");
   }
   Lattice lattice{lo, voxel_size, false};
@@ -191,9 +186,10 @@ const openvdb::math::Transform& frustum_of(const Transform& transform) {
 openvdb::GridBase::Ptr resample_to_linear(const openvdb::GridBase::Ptr& grid, ConvertedGrid& made) {
   const Lattice lattice = lattice_of(*grid);
   const auto transform = openvdb::math::Transform::createLinearTransform(lattice.voxel_size);
-  transform->postTranslate(lattice.origin);
+  const glm::dvec3& origin = lattice.origin;
+  transform->postTranslate(openvdb::Vec3d(origin.x, origin.y, origin.z));
   for (int axis = 0; axis < 3; ++axis) made.world_from_index[axis][axis] = lattice.voxel_size;
-  made.world_from_index[3] = glm::dvec4(point_of(lattice.origin), 1);
+  made.world_from_index[3] = glm::dvec4(origin, 1);
 
   openvdb::GridBase::Ptr result = grid->copyGridWithNewTree();
   result->setTransform(transform);

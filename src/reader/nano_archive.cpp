@@ -227,16 +227,11 @@ void check_version(const std::string& path, std::uint32_t version) {
 }
 
 std::string_view class_of(nanovdb::GridClass grid_class) {
-  switch (grid_class) {
-    case nanovdb::GridClass::LevelSet:
-      return level_set_class;
-    case nanovdb::GridClass::FogVolume:
-      return fog_class;
-    case nanovdb::GridClass::Staggered:
-      return staggered_class;
-    default:
-      return unknown_class;
-  }
+  using nanovdb::GridClass;
+  return grid_class == GridClass::LevelSet    ? level_set_class
+         : grid_class == GridClass::FogVolume ? fog_class
+         : grid_class == GridClass::Staggered ? staggered_class
+                                              : unknown_class;
 }
 
 /// A .nvdb open for reading, its directory read. The file is a sequence of segments: a header, an

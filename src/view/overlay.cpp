@@ -2,12 +2,10 @@
 
 #include <imgui.h>
 
-#include <cmath>
 #include <filesystem>
 #include <map>
 
 #include "base/text.h"
-#include "image/srgb_codes.h"
 #include "psivox/picture_file.h"
 #include "psivox/sequence.h"
 #include "scene/color.h"
@@ -31,13 +29,11 @@ void write(const glm::dvec2& place, const glm::dvec2& away, const std::string& t
 }
 
 /// A colour as the window's display shows it, but for a view of OpenColorIO.
-ImU32 shown(const glm::dvec3& color, const Display& display) {
-  int codes[3];
-  for (int c = 0; c < 3; ++c) {
-    const auto radiance = float(color[c] * display.factor());
-    const float light = image_io::clamped(display_light(radiance, display.tone_map));
-    codes[c] = int(std::lround(255 * srgb_from_linear(light)));
-  }
+ImU32 shown(const glm::dvec3& color, Display display) {
+  display.ocio = {};
+  Image pixel = rgba_image(1, 1);
+  for (int c = 0; c < 3; ++c) pixel.rgba()[std::size_t(c)] = float(color[c]);
+  const std::vector<std::uint8_t> codes = srgb_bytes(pixel, display);
   return IM_COL32(codes[0], codes[1], codes[2], 255);
 }
 
