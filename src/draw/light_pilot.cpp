@@ -19,8 +19,10 @@ constexpr std::size_t points_per_ray = 16;
 /// the points' noise makes the mean square uncertain by sqrt(2) n / 16 / sqrt(400): a quarter of it
 /// for 50 voxels. Of small pictures one ray in 28 will do, 144 at least.
 constexpr double most_light_rays = 400, some_light_rays = 144, fewest_light_rays = 64;
-/// Rays from which those are drawn.
-constexpr double drawn_from = 576;
+/// Rays from which those are drawn: a small opaque thing is to be among them. For many beams they
+/// cost little beside the light at the points.
+constexpr double drawn_from = 576, drawn_for_many = 2304;
+constexpr double many_beams = 16;
 
 /// Numbers from 0 to 1, the same ones each time.
 class Uniform {
@@ -105,7 +107,8 @@ struct LightPilot::Volume {
 
   Volume(View view, std::size_t volume, const MediumDepths& depths, const BeamsOn& beams);
 
-  void place_points(double rays);
+  /// About so many, drawn from others.
+  void place_points(double wanted_rays, double from);
   std::vector<glm::dvec3> exact_light(const LitLuminance& luminance) const;
   /// Of the light at the voxels, and the factor of each ray that is in it.
   LightError error(const std::vector<glm::dvec3>& light, const auto& phase) const;
@@ -130,14 +133,15 @@ LightPilot::Volume::Volume(View from, std::size_t volume, const MediumDepths& me
   const auto count = double(luminance.beams().size());
   const double pixels = double(view.scene.resolution.x) * view.scene.resolution.y;
   place_points(std::max(std::clamp(pixels / 28, some_light_rays, most_light_rays) / count,
-                        fewest_light_rays));
+                        fewest_light_rays),
+               count < many_beams ? drawn_from : drawn_for_many);
   truth = exact_light(luminance);
 }
 
-void LightPilot::Volume::place_points(double wanted_rays) {
+void LightPilot::Volume::place_points(double wanted_rays, double from) {
   Uniform uniform;
   View small = view;
-  const glm::ivec2 size = rays_of(view.scene.resolution, std::max(drawn_from, wanted_rays));
+  const glm::ivec2 size = rays_of(view.scene.resolution, std::max(from, wanted_rays));
   small.scene.resolution = size;
   // one ray, at a random place, of each part of the picture
   std::vector<glm::dvec2> places;
