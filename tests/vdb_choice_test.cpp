@@ -28,8 +28,7 @@ TEST(VdbContent, AGridHoldsSomethingIfAnActiveValueIsNot0) {
   tile->tree().addTile(2, Coord(1024, 0, 0), 3.0f, true);
   off->tree().setValueOff(Coord(1, 0, 0), 7.0f);
   off->tree().addTile(1, Coord(64, 0, 0), 7.0f, false);
-  const auto vectors = named<openvdb::Vec3SGrid>("vectors");
-  vectors->tree().setValue(Coord(0), openvdb::Vec3f(0, 0, 1));
+  const auto vectors = voxel<openvdb::Vec3SGrid>("vectors", openvdb::Vec3f(0, 0, 1));
   const VdbFile file(write_vdb({late, tile, off, vectors, named<FloatGrid>("empty"),
                                 voxels("zeros", 0, 5000), voxels("again", 1), voxels("again", 0),
                                 voxels("nan", std::numeric_limits<float>::quiet_NaN())}));
@@ -71,16 +70,8 @@ std::string chosen(const openvdb::GridCPtrVec& grids) {
   return VdbFile(write_vdb(grids)).default_grid();
 }
 
-template <typename GridPtr>
-GridPtr of_class(openvdb::GridClass grid_class, GridPtr grid) {
-  grid->setGridClass(grid_class);
-  return grid;
-}
-
 openvdb::Vec3SGrid::Ptr vectors(const std::string& name) {
-  const auto grid = named<openvdb::Vec3SGrid>(name);
-  grid->tree().setValue(Coord(0), openvdb::Vec3f(1));
-  return grid;
+  return voxel<openvdb::Vec3SGrid>(name, openvdb::Vec3f(1));
 }
 
 TEST(VdbChoice, KnownNamesComeFirstThenClassesThenTheMostVoxels) {
@@ -90,10 +81,10 @@ TEST(VdbChoice, KnownNamesComeFirstThenClassesThenTheMostVoxels) {
   EXPECT_EQ(chosen({many("flame"), few("smoke"), many("temperature")}), "smoke");
   EXPECT_EQ(chosen({many("other"), many("flame"), few("temperature")}), "temperature");
   const auto fog = openvdb::GRID_FOG_VOLUME, level_set = openvdb::GRID_LEVEL_SET;
-  EXPECT_EQ(chosen({many("a"), of_class(level_set, many("b")), of_class(fog, few("c")),
-                    of_class(fog, many("d"))}),
+  EXPECT_EQ(chosen({many("a"), of_class(many("b"), level_set), of_class(few("c"), fog),
+                    of_class(many("d"), fog)}),
             "d");
-  EXPECT_EQ(chosen({many("a"), of_class(level_set, few("b")), vectors("v")}), "b");
+  EXPECT_EQ(chosen({many("a"), of_class(few("b"), level_set), vectors("v")}), "b");
   EXPECT_EQ(chosen({vectors("v"), few("a"), many("b")}), "b");
   EXPECT_EQ(chosen({vectors("v"), vectors("w")}), "v");
 }

@@ -101,11 +101,9 @@ TEST(Formats, ValuesOfEverySize) {
 }
 
 TEST(Formats, OneVoxelAnywhere) {
-  for (const Coord& at : {Coord(0), Coord(-1), Coord(7, 8, 9), Coord(1000000, -1000000, 5)}) {
-    auto grid = named("density");
-    grid->tree().setValue(at, 2);
-    expect_reference("one voxel at " + std::to_string(at.x()), {}, write_vdb({grid}));
-  }
+  for (const Coord& at : {Coord(0), Coord(-1), Coord(7, 8, 9), Coord(1000000, -1000000, 5)})
+    expect_reference("one voxel at " + std::to_string(at.x()), {},
+                     write_vdb({voxel("density", 2, at)}));
 }
 
 TEST(Formats, NoVoxelAndNoGridAreErrors) {
@@ -118,10 +116,8 @@ TEST(Formats, NoVoxelAndNoGridAreErrors) {
 }
 
 TEST(Formats, ALevelSetWithDistancesOfTheOtherSignIsRefused) {
-  auto grid = named("sdf");
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
+  const auto grid = of_class(voxel("sdf", 0.1f), openvdb::GRID_LEVEL_SET);
   grid->tree().root().setBackground(-0.15f, /*updateChildNodes=*/false);
-  grid->tree().setValue(Coord(0), 0.1f);
   const VdbFile file(write_vdb({grid}));
   for (const bool distances : {false, true})
     EXPECT_TRUE(has(input_error([&] { file.read("sdf", {.distances = distances}); }),
@@ -130,8 +126,7 @@ TEST(Formats, ALevelSetWithDistancesOfTheOtherSignIsRefused) {
 }
 
 TEST(Formats, DoublesBeyondFloatsAreInfinite) {
-  auto grid = named<openvdb::DoubleGrid>("density");
-  grid->tree().setValue(Coord(0), 1e300);
+  const auto grid = voxel<openvdb::DoubleGrid>("density", 1e300);
   grid->tree().setValue(Coord(1), 1e-300);
   grid->tree().setValue(Coord(2), 3);
   const Field field = VdbFile(write_vdb({grid})).read("density");
@@ -140,9 +135,8 @@ TEST(Formats, DoublesBeyondFloatsAreInfinite) {
 }
 
 TEST(Formats, AStaggeredGridIsTakenAtItsVoxels) {
-  auto grid = named<openvdb::Vec3SGrid>("velocity");
+  const auto grid = voxel<openvdb::Vec3SGrid>("velocity", {1, -2, 3}, Coord(1, 2, 3));
   grid->setGridClass(openvdb::GRID_STAGGERED);
-  grid->tree().setValue(Coord(1, 2, 3), openvdb::Vec3s(1, -2, 3));
   const Field field = VdbFile(write_vdb({grid})).read("velocity", {.role = GridRole::data});
   EXPECT_EQ(FieldVoxels(field).voxel({1, 2, 3}, 1), -2);
   ASSERT_EQ(field.notices.size(), 1u);
@@ -207,9 +201,8 @@ TEST(Formats, ABackgroundOtherThan0IsVacuumOrAnotherValue) {
     expect_background_as<openvdb::Vec3DGrid>(openvdb::Vec3d(1), given);
     expect_background_as<openvdb::Vec3IGrid>(openvdb::Vec3i(1), given);
   }
-  const auto nan = named("density");
+  const auto nan = voxel("density", 1);
   nan->tree().root().setBackground(std::nanf(""), /*updateChildNodes=*/false);
-  nan->tree().setValue(Coord(0), 1);
   nan->tree().setValueOff(Coord(1), std::nanf(""));
   const Field field = VdbFile(write_vdb({nan})).read("density", {.background = 0});
   EXPECT_EQ(field.notices,

@@ -16,7 +16,6 @@
 #include <fstream>
 #include <functional>
 #include <map>
-#include <numeric>
 #include <thread>
 
 #include "field/leaf_values.h"

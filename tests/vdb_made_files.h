@@ -3,8 +3,8 @@
 // Files whose every leaf is stored in another way, and what is read of them.
 
 #include <openvdb/io/Compression.h>
-#include <openvdb/io/Stream.h>
 
+#include <cmath>
 #include <cstdint>
 #include <cstdlib>
 #include <fstream>
@@ -97,6 +97,25 @@ openvdb::GridBase::Ptr ball_with_tiles(const std::string& name) {
   return base;
 }
 
+/// A ball of radius 12 with a band of 3 voxels; deeper parts are a tile.
+template <typename GridT>
+typename GridT::Ptr level_set_ball(const std::string& name) {
+  using ValueT = typename GridT::ValueType;
+  auto grid = of_class(named<GridT>(name), openvdb::GRID_LEVEL_SET);
+  grid->tree().root().setBackground(ValueT(3), /*updateChildNodes=*/false);
+  for (const Coord& c : CoordBBox(Coord(-16), Coord(23))) {
+    // In eighths, which a float holds exactly.
+    const double distance = std::round((c.asVec3d() - openvdb::Vec3d(4)).length() * 8 - 96) / 8;
+    const auto value = static_cast<ValueT>(std::clamp(distance, -3.0, 3.0));
+    if (std::abs(distance) < 3)
+      grid->tree().setValue(c, value);
+    else
+      grid->tree().setValueOff(c, value);
+  }
+  grid->tree().addTile(1, Coord(0), ValueT(-3), false);
+  return grid;
+}
+
 inline std::filesystem::path written(const openvdb::GridCPtrVec& grids, std::uint32_t compression,
                                      const std::string& name = "made.vdb") {
   const auto path = scratch_dir() / name;
@@ -108,6 +127,13 @@ inline std::filesystem::path written(const openvdb::GridCPtrVec& grids, std::uin
 
 inline constexpr const char* no_nano_tool = "no nanovdb_convert (Debian: libnanovdb-tools)";
 inline bool has_nano_tool() { return *PSIVOX_NANOVDB_CONVERT != 0; }
+
+class NanoTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!has_nano_tool()) GTEST_SKIP() << no_nano_tool;
+  }
+};
 
 /// Writes grids, in the order of their names, as a .nvdb by NanoVDB's tool.
 inline std::filesystem::path written_nano(const openvdb::GridCPtrVec& grids,

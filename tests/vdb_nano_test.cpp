@@ -17,12 +17,7 @@ using test::ball_with_tiles;
 using test::with;
 using test::written_nano;
 
-class NanoVdb : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (!test::has_nano_tool()) GTEST_SKIP() << test::no_nano_tool;
-  }
-};
+using NanoVdb = test::NanoTest;
 
 /// The largest difference of the values of two fields that have the same leaves.
 float difference(const Field& a, const Field& b) {
@@ -79,30 +74,13 @@ TEST_F(NanoVdb, GridsOfEachTypeAndCodecAreReadAsTheirVdb) {
   }
 }
 
-/// A sphere's distances in a box of voxels.
-GridBase::Ptr level_set(const std::string& name, double radius) {
-  constexpr float band = 3;
-  const auto grid = test::named(name);
-  auto& tree = grid->tree();
-  tree.root().setBackground(band, false);
-  for (const openvdb::Coord& p : openvdb::CoordBBox(openvdb::Coord(-16), openvdb::Coord(15))) {
-    const auto distance = float(p.asVec3d().length() - radius);
-    if (std::abs(distance) < band)
-      tree.setValue(p, distance);
-    else
-      tree.setValueOff(p, std::copysign(band, distance));
-  }
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  return grid;
-}
-
 TEST_F(NanoVdb, MasksLevelSetsBackgroundsAndRepeatedNamesAreReadAsTheirVdb) {
   using namespace openvdb;
   const auto mask = test::named<MaskGrid>("m");
   mask->fill(CoordBBox(Coord(-3), Coord(11)), true);
   const auto ball = ball_with_tiles<FloatGrid>("density");
   static_cast<FloatGrid&>(*ball).tree().root().setBackground(1, true);
-  const GridCPtrVec grids{level_set("density", 10), ball, mask};
+  const GridCPtrVec grids{test::level_set_ball<FloatGrid>("density"), ball, mask};
   expect_same(VdbFile(written_nano(grids, "--zip")),
               VdbFile(test::written(grids, io::COMPRESS_ZIP)));
 }

@@ -1,6 +1,5 @@
 // Grids whose voxels have no values of their own: points, masks, and the active voxels of any grid.
 
-#include <openvdb/io/Stream.h>
 #include <openvdb/points/PointConversion.h>
 
 #include "psivox/medium.h"
@@ -103,9 +102,7 @@ TEST(Points, MayHaveManyPagesOfAttributes) {
 
 TEST(Points, OfAnUnknownAttributeLeaveTheOtherGrids) {
   const auto grid = points<NullCodec>(500);
-  const auto after = named<FloatGrid>("after");
-  after->tree().setValue(Coord(1), 3);
-  std::string bytes = file_bytes(write_vdb({grid, after}));
+  std::string bytes = file_bytes(write_vdb({grid, voxel("after", 3, Coord(1))}));
   const std::size_t at = bytes.find("trnc");
   ASSERT_NE(at, std::string::npos);
   bytes.replace(at, 4, "abcd");
@@ -117,14 +114,7 @@ TEST(Points, OfAnUnknownAttributeLeaveTheOtherGrids) {
 
 TEST(Points, OfAFileWithoutPositionsLeaveTheOtherGrids) {
   const auto grid = points<NullCodec>(500);
-  const auto after = named<FloatGrid>("after");
-  after->tree().setValue(Coord(1), 3);
-  const auto piped = scratch_dir() / "piped.vdb";
-  {
-    std::ofstream out(piped, std::ios::binary);
-    openvdb::io::Stream(out).write(openvdb::GridCPtrVec{grid, after});
-  }
-  const VdbFile file(piped);
+  const VdbFile file(write_bytes("piped.vdb", piped_bytes({grid, voxel("after", 3, Coord(1))})));
   expect_counts(*grid, file.read("points"));
   EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
 }
@@ -198,12 +188,7 @@ TEST(Activity, IsOneAtActiveVoxelsOfEveryType) {
       with_topology<openvdb::BoolGrid>("bool"),   with_topology<openvdb::MaskGrid>("mask"),
       with_topology<openvdb::Vec3SGrid>("vec3s"), with_topology<openvdb::Vec3DGrid>("vec3d"),
       with_topology<openvdb::Vec3IGrid>("vec3i")};
-  const auto piped = scratch_dir() / "piped.vdb";
-  {
-    std::ofstream out(piped, std::ios::binary);
-    openvdb::io::Stream(out).write(grids);
-  }
-  for (const auto& path : {write_vdb(grids), piped}) {
+  for (const auto& path : {write_vdb(grids), write_bytes("piped.vdb", piped_bytes(grids))}) {
     const VdbFile file(path);
     for (const std::string& name : file.names()) {
       SCOPED_TRACE(name);
@@ -224,9 +209,8 @@ TEST(Activity, IsOneAtActiveVoxelsOfEveryType) {
 TEST(Activity, ColoursOfAnyBackgroundLightTheActiveVoxels) {
   for (const float background : {-1.0f, 1.0f}) {
     SCOPED_TRACE(background);
-    const auto grid = named<openvdb::Vec3SGrid>("Cd");
+    const auto grid = voxel<openvdb::Vec3SGrid>("Cd", openvdb::Vec3f(0.5f, -2, 0.25f));
     grid->tree().root().setBackground(openvdb::Vec3f(background), /*updateChildNodes=*/false);
-    grid->tree().setValue(Coord(0), openvdb::Vec3f(0.5f, -2, 0.25f));
     grid->tree().setValue(Coord(5), openvdb::Vec3f(background));
     Scene scene;
     scene.grid = "Cd:active";
@@ -249,8 +233,7 @@ TEST(Activity, ColoursOfAnyBackgroundLightTheActiveVoxels) {
 }
 
 TEST(Activity, IsKnownOfGridsInMemoryToo) {
-  const auto grid = named<openvdb::Vec3SGrid>("v");
-  grid->tree().setValue(Coord(1, 2, 3), openvdb::Vec3f(0, 0, -4));
+  const auto grid = voxel<openvdb::Vec3SGrid>("v", openvdb::Vec3f(0, 0, -4), Coord(1, 2, 3));
   grid->tree().addTile(1, Coord(16, 0, 0), openvdb::Vec3f(0, -1, 0), true);
   const VdbFile file(write_vdb({grid}));
   const auto inner = std::make_shared<VdbFile>(

@@ -3,15 +3,14 @@
 // Shared by the tests of src/vdb: the data folder, files made here.
 
 #include <gtest/gtest.h>
+#include <openvdb/io/Stream.h>
 #include <openvdb/openvdb.h>
 
 #include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
-#include <map>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -53,6 +52,22 @@ typename GridT::Ptr named(const std::string& name) {
   return grid;
 }
 
+/// A grid of one active voxel.
+template <typename GridT = openvdb::FloatGrid>
+typename GridT::Ptr voxel(const std::string& name, const typename GridT::ValueType& value,
+                          const Coord& at = Coord(0)) {
+  auto grid = named<GridT>(name);
+  grid->tree().setValue(at, value);
+  return grid;
+}
+
+/// The same grid of another class.
+template <typename GridPtr>
+GridPtr of_class(GridPtr grid, openvdb::GridClass its) {
+  grid->setGridClass(its);
+  return grid;
+}
+
 /// Writes the grids to a file of the running test.
 inline std::filesystem::path write_vdb(const openvdb::GridCPtrVec& grids,
                                        const std::string& name = "made.vdb") {
@@ -60,6 +75,14 @@ inline std::filesystem::path write_vdb(const openvdb::GridCPtrVec& grids,
   const auto path = scratch_dir() / name;
   openvdb::io::File(path.string()).write(grids);
   return path;
+}
+
+/// The bytes that a pipe gets of the grids: a file without positions.
+inline std::string piped_bytes(const openvdb::GridCPtrVec& grids) {
+  openvdb::initialize();
+  std::ostringstream pipe;
+  openvdb::io::Stream(pipe).write(grids);
+  return pipe.str();
 }
 
 /// A file's bytes with a value in place of those that begin there.

@@ -1,16 +1,12 @@
 // VdbFile on grids made here: value types, bad values, transforms.
 
-#include <openvdb/io/Stream.h>
 #include <openvdb/tools/Interpolation.h>
 
 #include <limits>
 #include <numbers>
 
-#include "psivox/medium.h"
-#include "psivox/parameters.h"
-#include "psivox/vdb.h"
 #include "thrown.h"
-#include "vdb_test_util.h"
+#include "vdb_made_files.h"
 
 namespace psivox {
 namespace {
@@ -19,21 +15,6 @@ using namespace test;
 
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-/// One leaf voxel, one 8^3 tile, one inactive stored voxel.
-template <typename GridT, typename ValueT>
-Field written_and_read(const std::string& value_type, ValueT voxel, ValueT tile, ValueT inactive) {
-  auto grid = named<GridT>("g");
-  grid->tree().setValue(Coord(1, 2, 3), voxel);
-  grid->tree().setValueOff(Coord(1, 2, 4), inactive);
-  grid->tree().addTile(1, Coord(-8, 0, 8), tile, true);
-  const Field field = VdbFile(write_vdb({grid})).read("g", {GridRole::data, true});
-  EXPECT_EQ(field.value_type, value_type);
-  EXPECT_EQ(field.active_voxels, 513u);
-  EXPECT_EQ(field.leaves.size(), 1u);
-  EXPECT_EQ(field.tiles.size(), 1u);
-  return field;
-}
 
 TEST(VdbValues, PercentilesAreOfActiveVoxelsAndATileCountsAsItsVoxels) {
   auto grid = named<FloatGrid>("g");
@@ -54,54 +35,6 @@ TEST(VdbValues, PercentilesAreOfActiveVoxelsAndATileCountsAsItsVoxels) {
   grid->tree().setValue(Coord(99, 0, 0), std::nextafter(98.0f, 99.0f));
   EXPECT_EQ(percentiles(),
             (Percentiles{{0, 0}, {1, 0}, {50, 49}, {100, double(std::nextafter(98.0f, 99.0f))}}));
-}
-
-TEST(VdbValues, ScalarsOfEveryTypeBecomeFloat) {
-  const auto check = [](const Field& field, double voxel, double tile, double inactive) {
-    EXPECT_EQ(field.channels, 1);
-    const FieldVoxels sampler(field);
-    EXPECT_EQ(sampler.voxel({1, 2, 3}, 0), voxel);
-    EXPECT_EQ(sampler.voxel({-3, 7, 12}, 0), tile);
-    EXPECT_EQ(sampler.voxel({1, 2, 4}, 0), inactive);
-    EXPECT_EQ(sampler.voxel({1, 2, 5}, 0), 0.0);
-  };
-  check(written_and_read<FloatGrid>("float", 0.25f, 2.5f, 0.5f), 0.25, 2.5, 0.5);
-  check(written_and_read<openvdb::DoubleGrid>("double", 0.25, 2.5, 0.5), 0.25, 2.5, 0.5);
-  check(written_and_read<openvdb::Int32Grid>("int32", 7, -70000, 3), 7, -70000, 3);
-  check(written_and_read<openvdb::Int64Grid>("int64", std::int64_t{1} << 40, std::int64_t{9},
-                                             std::int64_t{-2}),
-        1099511627776.0, 9, -2);
-  check(written_and_read<openvdb::BoolGrid>("bool", true, true, true), 1, 1, 1);
-}
-
-TEST(VdbValues, VectorsOfEveryTypeAreInterleaved) {
-  const auto check = [](const Field& field) {
-    ASSERT_EQ(field.channels, 3);
-    const FieldVoxels sampler(field);
-    for (int c = 0; c < 3; ++c) {
-      EXPECT_EQ(sampler.voxel({1, 2, 3}, c), 1 + c);
-      EXPECT_EQ(sampler.voxel({-3, 7, 12}, c), 4 + c);
-      EXPECT_EQ(sampler.voxel({1, 2, 4}, c), -7 - c);
-      EXPECT_EQ(sampler.voxel({1, 2, 5}, c), 0);
-    }
-  };
-  using openvdb::Vec3d, openvdb::Vec3i, openvdb::Vec3s;
-  check(written_and_read<openvdb::Vec3SGrid>("vec3s", Vec3s(1, 2, 3), Vec3s(4, 5, 6),
-                                             Vec3s(-7, -8, -9)));
-  check(written_and_read<openvdb::Vec3DGrid>("vec3d", Vec3d(1, 2, 3), Vec3d(4, 5, 6),
-                                             Vec3d(-7, -8, -9)));
-  check(written_and_read<openvdb::Vec3IGrid>("vec3i", Vec3i(1, 2, 3), Vec3i(4, 5, 6),
-                                             Vec3i(-7, -8, -9)));
-}
-
-TEST(VdbValues, HalfIsReadAsOpenVdbRoundsIt) {
-  auto grid = named<FloatGrid>("density");
-  grid->setSaveFloatAsHalf(true);
-  grid->tree().setValue(Coord(0), 0.1f);
-  const VdbFile vdb(write_vdb({grid}));
-  EXPECT_TRUE(vdb.info().at(0).saved_as_half);
-  EXPECT_EQ(FieldVoxels(vdb.read("density")).voxel({0, 0, 0}, 0),
-            static_cast<double>(static_cast<float>(openvdb::math::half(0.1f))));
 }
 
 /// The file is OpenVDB 13's, whose program set voxels (i, 2 i, 3) to (i + 1) / 10 and a tile of 8
@@ -211,46 +144,10 @@ TEST(VdbValues, InfoCountsFillValuesApart) {
 }
 
 TEST(VdbValues, InfinityAloneBecomesOne) {
-  auto grid = named<openvdb::DoubleGrid>("x");
-  grid->tree().setValue(Coord(0), std::numeric_limits<double>::infinity());
+  const auto grid = voxel<openvdb::DoubleGrid>("x", std::numeric_limits<double>::infinity());
   const Field field = VdbFile(write_vdb({grid})).read("x");
   EXPECT_EQ(FieldVoxels(field).voxel({0, 0, 0}, 0), 1.0);
   EXPECT_EQ(field.notices.at(0), "grid 'x': 1 +Inf taken as 1");
-}
-
-TEST(VdbValues, TilesOfEveryWidth) {
-  auto grid = named<FloatGrid>("t");
-  grid->tree().addTile(3, Coord(4096, 0, -4096), 3.0f, true);
-  grid->tree().addTile(2, Coord(-128, 0, 0), 2.0f, true);
-  grid->tree().addTile(1, Coord(0, -8, 0), 1.0f, false);
-  const Field field = VdbFile(write_vdb({grid})).read("t");
-  ASSERT_EQ(field.tiles.size(), 3u);
-  const FieldVoxels sampler(field);
-  EXPECT_EQ(sampler.voxel({8191, 4095, -1}, 0), 3.0);
-  EXPECT_EQ(sampler.voxel({-1, 127, 127}, 0), 2.0);
-  EXPECT_EQ(sampler.voxel({7, -1, 7}, 0), 1.0);
-  EXPECT_EQ(sampler.voxel({8, -1, 7}, 0), 0.0);
-  EXPECT_EQ(field.active_box, (Box{{-128, 0, -4096}, {8191, 4095, 127}}));
-}
-
-/// A ball of radius 12 with a band of 3 voxels; deeper parts are a tile.
-template <typename GridT>
-typename GridT::Ptr level_set_ball(const std::string& name) {
-  using ValueT = typename GridT::ValueType;
-  auto grid = named<GridT>(name);
-  grid->setGridClass(openvdb::GRID_LEVEL_SET);
-  grid->tree().root().setBackground(ValueT(3), /*updateChildNodes=*/false);
-  for (const Coord& c : CoordBBox(Coord(-16), Coord(23))) {
-    // In eighths, which a float holds exactly.
-    const double distance = std::round((c.asVec3d() - openvdb::Vec3d(4)).length() * 8 - 96) / 8;
-    const auto value = static_cast<ValueT>(std::clamp(distance, -3.0, 3.0));
-    if (std::abs(distance) < 3)
-      grid->tree().setValue(c, value);
-    else
-      grid->tree().setValueOff(c, value);
-  }
-  grid->tree().addTile(1, Coord(0), ValueT(-3), false);
-  return grid;
 }
 
 TEST(VdbValues, ALevelSetOfDoublesIsThatOfFloats) {
@@ -279,9 +176,7 @@ TEST(VdbValues, ALevelSetOfDoublesIsThatOfFloats) {
 }
 
 TEST(VdbValues, AFogOfTheLevelSetsClassIsAFog) {
-  const auto fog = FloatGrid::create(0.0f);
-  fog->setName("density");
-  fog->setGridClass(openvdb::GRID_LEVEL_SET);
+  const auto fog = of_class(named("density"), openvdb::GRID_LEVEL_SET);
   fog->fill(openvdb::CoordBBox(Coord(0), Coord(7)), 0.5f);
   const VdbFile vdb(write_vdb({fog}));
   for (const bool distances : {false, true}) {
@@ -307,9 +202,8 @@ TEST(VdbTransforms, AffineTransformsAreTheMatrixThatOpenVdbApplies) {
   sheared->preScale(openvdb::Vec3d(1, -2, 3));
   transforms.push_back(sheared);
   for (const Transform::Ptr& transform : transforms) {
-    auto grid = named<FloatGrid>("density");
+    const auto grid = voxel("density", 1);
     grid->setTransform(transform);
-    grid->tree().setValue(Coord(0), 1.0f);
     const VdbFile vdb(write_vdb({grid}));
     const Field field = vdb.read("density");
     for (const glm::dvec3 p : {glm::dvec3(0, 0, 0), glm::dvec3(4, -7, 0.5)}) {

@@ -64,12 +64,6 @@ typename GridT::Ptr filled(const std::string& name, Shape&& shape, int radius = 
   return grid;
 }
 
-/// The same grid of another class: `unknown` says nothing.
-template <typename Grid>
-Grid of_class(Grid grid, openvdb::GridClass its) {
-  grid->setGridClass(its);
-  return grid;
-}
 template <typename Grid>
 Grid of_no_class(Grid grid) {
   return of_class(grid, openvdb::GRID_UNKNOWN);
