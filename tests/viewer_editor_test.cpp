@@ -11,13 +11,8 @@ namespace psivox::view {
 namespace {
 
 TEST(ViewerEditor, PointsOfTheTransferFunctionAreDragged) {
-  Scene scene = small(asset("blobs.vdb"));
-  scene.resolution = {900, 600};
-  Hands hands(scene);
-  ASSERT_TRUE(hands.until_exact());
-  hands.viewer.panels().transfer = true;
-  hands.frames(4);
-  const TransferEditor& editor = hands.viewer.transfer_editor();
+  Opened hands(small(asset("blobs.vdb"), {900, 600}));
+  const TransferEditor& editor = hands.edit();
   ASSERT_EQ(editor.points().size(), 3u);
   // a point on the line changes nothing
   const Image plain = hands.viewer.exact_picture().value();
@@ -48,14 +43,9 @@ TEST(ViewerEditor, PointsOfTheTransferFunctionAreDragged) {
 }
 
 TEST(ViewerEditor, EachChangeOfTheFunctionIsUndone) {
-  Scene scene = small(asset("blobs.vdb"));
-  scene.resolution = {900, 600};
-  Hands hands(scene);
-  ASSERT_TRUE(hands.until_exact());
+  Opened hands(small(asset("blobs.vdb"), {900, 600}));
   const Image plain = hands.viewer.exact_picture().value();
-  hands.viewer.panels().transfer = true;
-  hands.frames(4);
-  const TransferEditor& editor = hands.viewer.transfer_editor();
+  const TransferEditor& editor = hands.edit();
   const auto drag = [&] {
     const glm::dvec2 from = editor.place_of(1).value();
     hands.drag(from, from + glm::dvec2(20, -20));
@@ -75,13 +65,8 @@ TEST(ViewerEditor, EachChangeOfTheFunctionIsUndone) {
 
 TEST(ViewerEditor, HandlesBesideTheHistogramChangeRangeAndOpacity) {
   using Handle = TransferEditor::Handle;
-  Scene scene = small(asset("blobs.vdb"));
-  scene.resolution = {900, 600};
-  Hands hands(scene);
-  ASSERT_TRUE(hands.until_exact());
-  hands.viewer.panels().transfer = true;
-  hands.frames(4);
-  const TransferEditor& editor = hands.viewer.transfer_editor();
+  Opened hands(small(asset("blobs.vdb"), {900, 600}));
+  const TransferEditor& editor = hands.edit();
   const TransferPoints before = editor.points();
   ASSERT_EQ(before.size(), 3u);
   const double width = before[2].value - before[0].value;
@@ -113,16 +98,12 @@ TEST(ViewerEditor, HandlesBesideTheHistogramChangeRangeAndOpacity) {
 
 TEST(ViewerEditor, AnEditedPreintegrationIsThatOfRender) {
   // updated while a point is dragged; then compared with another process's table
-  Scene scene = small(asset("blobs.vdb"));
-  scene.resolution = {700, 420};
+  Scene scene = small(asset("blobs.vdb"), {700, 420});
   scene.transfer_function = asset("shells.json");
   scene.integrator = Integrator::preintegrated;
   scene.extinction = 6;
-  Hands hands(scene);
-  ASSERT_TRUE(hands.until_exact());
-  hands.viewer.panels().transfer = true;
-  hands.frames(4);
-  const glm::dvec2 from = hands.viewer.transfer_editor().place_of(5).value();
+  Opened hands(scene);
+  const glm::dvec2 from = hands.edit().place_of(5).value();
   hands.press(from);
   for (int i = 1; i <= 2; ++i) {
     const std::uint64_t before = hands.viewer.pictures().wished;

@@ -50,19 +50,18 @@ inline Image rendered(Scene scene, const std::string& layers = "") {
   return image;
 }
 
-inline Scene small(const std::string& input) {
+inline Scene small(const std::string& input, const glm::ivec2& size = {480, 360}) {
   Scene scene;
   scene.input = input;
   scene.look = "plain";
-  scene.resolution = {480, 360};
+  scene.resolution = size;
   return scene;
 }
 
 /// A scene that leaves its look open, as `psivox view FILE` does.
 inline Scene open_look(const std::string& input) {
-  Scene scene = small(input);
+  Scene scene = small(input, {600, 420});
   scene.look.clear();
-  scene.resolution = {600, 420};
   return scene;
 }
 
@@ -152,6 +151,21 @@ class Hands {
   void drop(const std::string& path) { post({Kind::drop, {}, 0, false, 0, {path}}); }
   Viewer viewer;
   std::optional<int> errors = 0;  ///< that a test causes; null if any number may happen
+};
+
+/// A viewer that shows its first exact picture.
+class Opened : public Hands {
+ public:
+  explicit Opened(const Scene& scene, bool egl = false, bool watch = false)
+      : Hands(scene, egl, watch) {
+    if (!until_exact()) throw Error(ExitCode::failure, viewer.messages().last_error());
+  }
+  /// With the editor of transfer functions.
+  const TransferEditor& edit() {
+    viewer.panels().transfer = true;
+    frames(4);
+    return viewer.transfer_editor();
+  }
 };
 
 }  // namespace psivox::view
