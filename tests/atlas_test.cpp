@@ -5,14 +5,14 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <string>
+#include <glm/common.hpp>
+#include <memory>
 #include <tuple>
+#include <vector>
 
 #include "field_voxels.h"
 #include "made_fields.h"
-#include "psivox/error.h"
 #include "reference_cases.h"
 #include "thrown.h"
 
@@ -149,46 +149,6 @@ TEST(Atlas, MarginIsWhatALookUpBesideAVisibleCellFinds) {
   EXPECT_EQ(kind(more, 18), EntryKind::empty);
 }
 
-TEST(Atlas, LeavesOfZerosCostNothing) {
-  const Field field = make_field({{0, 0, 0}, {63, 63, 63}},
-                                 [](glm::ivec3 v) { return v == glm::ivec3(30) ? 1.0f : 0.0f; });
-  const BrickAtlas atlas = build_atlas(field);
-  EXPECT_EQ(atlas.size.textured_bricks, 1u);
-  expect_all_values(field, atlas);
-}
-
-TEST(Atlas, EmptyFieldHasNoBricks) {
-  const Field field = make_field({{0, 0, 0}, {20, 20, 20}}, [](glm::ivec3) { return 0.0f; });
-  const BrickAtlas atlas = build_atlas(field);
-  EXPECT_EQ(atlas.size.textured_bricks + atlas.size.constant_bricks, 0u);
-  EXPECT_EQ(atlas.texel_count(), 0u);
-  expect_all_values(field, atlas);
-}
-
-TEST(Atlas, NarrowTilesAndLeavesMeet) {
-  Field field = make_field({{0, 0, 0}, {15, 15, 15}}, noise);
-  for (int x = 16; x < 40; x += 8)
-    for (int y = 0; y < 24; y += 8)
-      for (int z = -8; z < 16; z += 8) field.tiles.push_back({{x, y, z}, 8, {0.5f, 0, 0}});
-  field.tiles.push_back({{-16, 0, 0}, 8, {0.25f, 0, 0}});
-  field.active_box = {{-16, 0, -8}, {39, 23, 15}};
-  const BrickAtlas atlas = build_atlas(field);
-  EXPECT_EQ(atlas.size.constant_bricks, 2u * 2 * 2);  // in the block of 3^3 tiles
-  expect_all_values(field, atlas);
-}
-
-TEST(Atlas, WideTilesAreOneConstant) {
-  Field field = tiles_only({{{-128, 0, 0}, 128, {0.5f, 0, 0}}});
-  const Field leaf = make_field({{3, 5, 6}, {9, 12, 20}}, noise);
-  field.leaves = leaf.leaves;
-  field.storage = leaf.storage;
-  field.active_box = {{-128, 0, 0}, {9, 127, 127}};
-  const BrickAtlas atlas = build_atlas(field);
-  EXPECT_EQ(atlas.constants.front(), 0.5f);
-  EXPECT_LT(atlas.size.constant_bricks, 10u);
-  expect_all_values(field, atlas);
-}
-
 TEST(Atlas, EqualBricksBetweenTilesAreStoredOnce) {
   // a cube has 6 faces, 12 edges and 8 corners, and its faces are of many bricks
   for (const int width : {128, 4096}) {
@@ -200,14 +160,6 @@ TEST(Atlas, EqualBricksBetweenTilesAreStoredOnce) {
   expect_all_values(field, atlas);
   // the largest kink of a face, about its middle: at its inner side 0.5, 0.5, 0
   for (const float kink : brick_kinks(atlas)) EXPECT_EQ(kink, 0.5f);
-}
-
-TEST(Atlas, WideTilesSideBySideKeepTheirBorders) {
-  const Field field = tiles_only({{{0, 0, 0}, 128, {0.5f, 0, 0}},
-                                  {{128, 0, 0}, 128, {0.5f, 0, 0}},
-                                  {{0, 128, 0}, 128, {0.25f, 0, 0}},
-                                  {{256, 0, 0}, 8, {0.75f, 0, 0}}});
-  expect_all_values(field, build_atlas(field));
 }
 
 TEST(Atlas, AWideTileIsStoredAsItsNarrowOnes) {
@@ -330,52 +282,112 @@ TEST(Atlas, PredictionIsWhatIsBuilt) {
     }
 }
 
-TEST(Atlas, StatsAreTheBricksOwn) {
-  const Field field = make_field({{-4, 0, 3}, {20, 12, 19}}, noise);
-  const FieldVoxels voxels(field);
+// --- the page table ------------------------------------------------------------------------------
+
+TEST(PageTable, HugeSparseBoxStaysSmall) {
+  Field field;
+  field.name = "density";
+  auto values = std::make_shared<std::vector<float>>(512, 0.0f);
+  (*values)[0] = 1;
+  // 12,501^3 bricks: a dense table would take 7.8 TB.
+  for (const glm::ivec3 origin :
+       {glm::ivec3(0), glm::ivec3(100'000), glm::ivec3(50'000, 8, 99'992)})
+    field.leaves.push_back({origin, values->data()});
+  field.active_box = {glm::ivec3(0), glm::ivec3(100'000)};
+  field.storage = values;
   const BrickAtlas atlas = build_atlas(field);
-  std::size_t seen = 0;
-  for (int x = -8; x < 24; x += 8)
-    for (int y = -8; y < 16; y += 8)
-      for (int z = 0; z < 24; z += 8) {
-        if (!(x <= 20 && y <= 12 && z <= 19)) continue;
-        const PageEntry entry = page_entry(atlas.pages, {x, y, z});
-        if (entry.kind != EntryKind::brick) continue;
-        ++seen;
-        float least = 1e9f, most = -1e9f, bend = 0;
-        for (int i = 0; i < 729; ++i) {
-          const glm::ivec3 d(i / 81, i / 9 % 9, i % 9);
-          const auto at = [&](glm::ivec3 shift) {
-            return voxels(glm::ivec3(x, y, z) + d + shift).x;
-          };
-          const float v = at({0, 0, 0});
-          least = std::min(least, v);
-          most = std::max(most, v);
-          for (int axis = 0; axis < 3; ++axis) {
-            glm::ivec3 step(0);
-            step[axis] = 1;
-            if (d[axis] > 0 && d[axis] < 8)
-              bend = std::max(bend, std::abs(at(-step) - 2 * v + at(step)));
-          }
-        }
-        const BrickStats& stats = atlas.bricks.at(entry.payload);
-        EXPECT_EQ(stats.min, least);
-        EXPECT_EQ(stats.max, most);
-        EXPECT_EQ(stats.second_difference, bend);
-      }
-  EXPECT_EQ(seen, atlas.bricks.size());
+  EXPECT_GT(atlas.pages.levels, 1);
+  EXPECT_LT(atlas.size.bytes(), 1'000'000u);
+  EXPECT_EQ(atlas.size.textured_bricks, 24u);
+  RecordProperty("bytes", int(atlas.size.bytes()));
+  for (const Leaf& leaf : field.leaves)
+    for (int i = 0; i < 8; ++i) {
+      const glm::ivec3 cell = leaf.origin - glm::ivec3(i >> 2, (i >> 1) & 1, i & 1);
+      const PageEntry entry = page_entry(atlas.pages, cell);
+      ASSERT_EQ(entry.kind, EntryKind::brick);
+      EXPECT_EQ(atlas_value(atlas, entry, leaf.origin).x, 1);
+    }
+  EXPECT_EQ(page_entry(atlas.pages, {50'000, 50'000, 50'000}).kind, EntryKind::empty);
 }
 
-TEST(Atlas, ThreadsDoNotChangeIt) {
-  const Field field = make_field({{0, 0, 0}, {60, 50, 70}}, noise);
-  const BrickAtlas first = build_atlas(field);
-  for (int i = 0; i < 3; ++i) {
-    const BrickAtlas again = build_atlas(field);
-    ASSERT_EQ(again.pages.entries, first.pages.entries);
-    ASSERT_EQ(again.constants, first.constants);
-    ASSERT_EQ(again.texel_count(), first.texel_count());
-    EXPECT_EQ(0, std::memcmp(again.texels.get(), first.texels.get(), 4 * first.texel_count()));
+TEST(PageTable, BoxesBeyondTheLimitAreRefused) {
+  Field field;
+  field.name = "density";
+  auto values = std::make_shared<std::vector<float>>(512, 1.0f);
+  field.leaves = {{{0, 0, 0}, values->data()}, {{1 << 25, 0, 0}, values->data()}};
+  field.active_box = {glm::ivec3(0), glm::ivec3((1 << 25) + 7, 7, 7)};
+  field.storage = values;
+  EXPECT_TRUE(has(input_error([&] { build_atlas(field); }), "density"));
+}
+
+// --- fields that are moved into it ---------------------------------------------------------------
+
+/// 4,000 leaves, of which some are missing or tiles, in blocks of 100.
+Field many_leaves() {
+  Field field = make_field({{-20, -9, -40}, {140, 120, 60}}, noise);
+  std::vector<Leaf> kept;
+  for (const Leaf& leaf : field.leaves) {
+    const int kind = (leaf.origin.x / 8 * 7 + leaf.origin.y / 8 * 3 + leaf.origin.z / 8) & 63;
+    if (kind == 1) field.tiles.push_back({leaf.origin, 8, glm::vec3(0.5f)});
+    if (kind > 1) kept.push_back(leaf);
   }
+  field.leaves = std::move(kept);
+  Storage storage({}, 100);
+  for (std::size_t n = 0; n < field.leaves.size(); ++n) {
+    if (n % storage.leaves == 0)
+      storage.blocks.push_back(std::make_shared<std::vector<float>>(512 * storage.leaves));
+    auto* const block = static_cast<const std::vector<float>*>(storage.blocks.back().get());
+    auto* const to = const_cast<float*>(block->data()) + n % storage.leaves * 512;
+    std::memcpy(to, field.leaves[n].values, 512 * sizeof(float));
+    field.leaves[n].values = to;
+  }
+  field.storage = std::move(storage);
+  return field;
+}
+
+void expect_same_bricks(const BrickAtlas& a, const BrickAtlas& b) {
+  EXPECT_EQ(a.pages.entries, b.pages.entries);
+  ASSERT_EQ(a.texel_count(), b.texel_count());
+  EXPECT_EQ(0, std::memcmp(a.texels.get(), b.texels.get(), sizeof(float) * a.texel_count()));
+}
+
+bool has_all(const Field& field) { return std::ranges::count(field.storage.blocks, nullptr) == 0; }
+bool has_none(const Field& field) {
+  const auto& blocks = field.storage.blocks;
+  return std::size_t(std::ranges::count(blocks, nullptr)) + 1 >= blocks.size();
+}
+
+TEST(Atlas, ValuesThatAreMovedInGoAndAreInItsBricks) {
+  for (const bool own : {false, true}) {
+    Field field = many_leaves();
+    const AtlasOptions options{.own_texels = own};
+    const BrickAtlas kept = build_atlas(field, options);
+    EXPECT_TRUE(has_all(field));
+    expect_same_bricks(build_atlas(field, options, &field.storage), kept);
+    EXPECT_TRUE(has_none(field));
+  }
+}
+
+TEST(Atlas, WhatIsMovedBesideAnotherMayHaveAnyOrderOfLeaves) {
+  const BrickAtlas layout = build_atlas(many_leaves(), {.own_texels = true});
+  ASSERT_TRUE(layout.own_texels);
+  Field field = many_leaves();
+  std::ranges::reverse(field.leaves);
+  field.storage.leaves = 0;
+  const BrickAtlas kept = build_beside(field, layout);
+  expect_same_bricks(build_beside(field, layout, &field.storage), kept);
+  EXPECT_TRUE(has_all(field));
+  field = many_leaves();
+  expect_same_bricks(build_beside(field, layout, &field.storage), kept);
+}
+
+TEST(Atlas, AMarginKeepsTheValuesThatItReadsLast) {
+  AtlasOptions options;
+  options.with_margin = true;
+  options.visible = [](const ValueRange& own, const ValueRange&) { return own.max > 0.999f; };
+  const Field field = many_leaves();
+  Field moved = many_leaves();
+  expect_same_bricks(build_atlas(moved, options, &moved.storage), build_atlas(field, options));
 }
 
 }  // namespace

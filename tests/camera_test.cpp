@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/matrix.hpp>
@@ -11,7 +13,9 @@
 
 #include "expect_near.h"
 #include "made_fields.h"
+#include "march/pixel_box.h"
 #include "psivox/camera.h"
+#include "reference/ray_radiance.h"
 #include "thrown.h"
 
 namespace psivox {
@@ -281,6 +285,42 @@ TEST(RayBundle, IsTheCamerasRayInIndexSpace) {
       }
     }
   }
+}
+
+// The box's edges are projected, rays meet the box: two ways to the same pixels.
+TEST(PixelBox, HoldsAllWhoseRaysMeetABox) {
+  const Field field = make_field({{-9, 3, 4}, {22, 15, 31}}, [](glm::ivec3) { return 1.0f; });
+  const Box domain = field.domain();
+  const glm::dvec3 low(domain.min), high(domain.max), middle = 0.5 * (low + high);
+  constexpr int side = 160;
+  int inside = 0, smaller = 0;
+  for (int i = 0; i < 60; ++i) {
+    const glm::dvec3 away(std::cos(i), std::sin(2.4 * i), std::sin(i));
+    const double distance = 10 + 3 * i;  // the first cameras are inside
+    Scene scene = looking(small_scene(side), middle + distance * away,
+                          middle + 20.0 * glm::dvec3(std::sin(5 * i), 0.3, std::cos(3 * i)),
+                          i % 3 == 0 ? std::optional<double>(70) : std::nullopt);
+    scene.extinction = 1;
+    const bool cells = i % 2 == 1;  // voxels are, each around its first corner
+    if (cells) scene.classification = Classification::nearest;
+    const View view = view_of(scene, field);
+    const PixelBox box = pixels_of(view, low, high);
+    smaller += !box.empty() && box.size != view.scene.resolution;
+    for (int y = 0; y < side; ++y)
+      for (int x = 0; x < side; ++x) {
+        WorldRay ray = pixel_ray(view, x, y);
+        if (cells) ray.origin += 0.5;
+        const glm::dvec3 to_low = (low - ray.origin) / ray.direction,
+                         to_high = (high - ray.origin) / ray.direction;
+        const glm::dvec3 enters = glm::min(to_low, to_high), leaves = glm::max(to_low, to_high);
+        const double begin = std::max({0.0, enters.x, enters.y, enters.z});
+        if (begin > std::min({leaves.x, leaves.y, leaves.z})) continue;
+        ++inside;
+        EXPECT_FALSE(common(box, {{x, y}, {1, 1}}).empty()) << i << ": " << x << ' ' << y;
+      }
+  }
+  EXPECT_GT(inside, 10000);
+  EXPECT_GT(smaller, 20);
 }
 
 }  // namespace

@@ -4,19 +4,40 @@
 
 #include <bit>
 #include <cmath>
+#include <cstring>
 
 #include "atlas/brick_code.h"
 #include "blobs_scene.h"
-#include "code_cases.h"
 #include "field/leaf_values.h"
 #include "light_cases.h"
 #include "made_fields.h"
+#include "march/march_double.h"
+#include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 
 namespace psivox {
 namespace {
+
+Scene oblique() { return psivox::oblique(64, 0.12); }
+
+Scene by(Scene scene, bool cells) {
+  if (cells)
+    scene.integrator = Integrator::cell_exact;
+  else
+    scene.step = 0.7;
+  return scene;
+}
+
+/// Neighbouring bricks differ.
+std::vector<CodeWidth> widths_in_turn(const MediumAtlas& atlas) {
+  std::vector<CodeWidth> widths(atlas.density.bricks.size());
+  for (std::size_t i = 0; i < widths.size(); ++i) widths[i] = CodeWidth(i % 3);
+  return widths;
+}
+
+MediumAtlas coded_in_turn(const MediumAtlas& atlas) { return coded(atlas, widths_in_turn(atlas)); }
 
 constexpr TexelType types[] = {TexelType::code7, TexelType::code12, TexelType::code16};
 constexpr int bits[] = {7, 12, 16};
@@ -103,23 +124,6 @@ TEST(Codes, ABricksGreatestValueIsNearlyExact) {
     }
     EXPECT_LE(sum / double(atlas.bricks.size()), 0.1) << width;
   }
-}
-
-TEST(Codes, BricksAreAsWideAsTheirStepsAsk) {
-  const BrickAtlas atlas = build_atlas(signed_noise());
-  const std::size_t count = atlas.bricks.size();
-  const CodeWidths any = code_widths(atlas, std::vector<float>(count, 1e29f));
-  ASSERT_TRUE(any);
-  EXPECT_EQ(coded(atlas, *any).size.texel_bytes, count * code_words * 8);
-  // in units of the values' own size, where every brick has other values
-  std::vector<float> steps;
-  for (const BrickStats& brick : atlas.bricks) steps.push_back((brick.max - brick.min) / 1000);
-  const CodeWidths twelve = code_widths(atlas, steps);
-  ASSERT_TRUE(twelve);
-  for (const CodeWidth width : *twelve) EXPECT_EQ(width, CodeWidth::bits12);
-  expect_half_steps(atlas, coded(atlas, *twelve), *twelve);
-  steps.back() /= 100;
-  EXPECT_FALSE(code_widths(atlas, steps));
 }
 
 class CodedMarch : public GpuTest {};
@@ -292,6 +296,72 @@ TEST_F(CodedMarch, WithoutAToleranceThereAreNone) {
   const Drawn drawn = session.draw(*Gpu::renderer()), exact = session.draw(*Gpu::renderer(), full);
   EXPECT_EQ(drawn.atlas.texel_bytes, exact.atlas.texel_bytes);
   EXPECT_EQ(compare_images(drawn.image, exact.image).max, 0);
+}
+
+// --- codes that are not stored -------------------------------------------------------------------
+
+/// Marches every pixel.
+std::vector<MarchedRay> rays_of(const View& view, const PixelMarch& march) {
+  std::vector<glm::ivec2> pixels;
+  for (int y = 0; y < view.scene.resolution.y; ++y)
+    for (int x = 0; x < view.scene.resolution.x; ++x) pixels.emplace_back(x, y);
+  std::vector<MarchedRay> rays(pixels.size());
+  march.march(pixels, rays, {});
+  return rays;
+}
+
+float greatest_difference(const std::vector<MarchedRay>& a, const std::vector<MarchedRay>& b) {
+  float most = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    for (int c = 0; c < 4; ++c) most = std::max(most, std::abs(a[i].picture[c] - b[i].picture[c]));
+  return most;
+}
+
+/// Rays by codes that are not stored are those of the coded atlas.
+void expect_coded_rays(const std::string& what, const View& view) {
+  const MediumAtlas atlas = build_medium_atlas(view);
+  const std::vector<CodeWidth> widths = widths_in_turn(atlas);
+  const BrickAtlas* beside = atlas.paired ? &*atlas.luminance : nullptr;
+  const BrickCodes codes = brick_codes(atlas.density, widths, beside);
+  const auto by_codes = rays_of(view, PixelMarch(view, atlas, {}, &codes));
+  EXPECT_EQ(coded(atlas, widths).density.size.texel_bytes, coded_bytes(widths, beside));
+  const auto stored = rays_of(view, PixelMarch(view, coded(atlas, widths)));
+  // all else is in double: two units in the last place of float32 below 1
+  EXPECT_LE(greatest_difference(by_codes, stored), 1.2e-7) << what;
+  EXPECT_GE(greatest_difference(by_codes, rays_of(view, PixelMarch(view, atlas))), 1e-4) << what;
+}
+
+TEST(Codes, RaysNeedNoStoredCodes) {
+  for (const bool cells : {true, false}) {
+    expect_coded_rays("constant", view_of(by(oblique(), cells), mixed()));
+    expect_coded_rays("density", view_of(by(oblique(), cells), mixed(), Glow::density));
+    Scene scene = by(oblique(), cells);
+    scene.colormap = Colormap::viridis;
+    expect_coded_rays("function", view_of(scene, mixed()));
+    scene.colormap.reset();
+    scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
+    expect_coded_rays("light", lit_in_double(view_of(scene, mixed())));
+    scene.lights.push_back({{-1, -0.2, 0.5}, {0.2, 0.5, 1}});
+    expect_coded_rays("coloured light", lit_in_double(view_of(scene, mixed())));
+  }
+}
+
+TEST(Codes, TakeThePlaceOfTexelsIfTheyFit) {
+  const Box box{{0, 0, 0}, {111, 111, 111}};  // more bricks than are stored at once
+  for (const bool fits : {true, false}) {
+    MediumAtlas atlas;
+    atlas.density = build_atlas(make_field(box, noise), {.own_texels = true});
+    atlas.luminance = build_beside(make_field(box, noise), atlas.density);
+    atlas.paired = true;
+    std::vector<CodeWidth> widths(atlas.density.bricks.size(), CodeWidth::bits12);
+    if (!fits) widths.front() = CodeWidth::bits16;
+    const BrickAtlas kept = coded(atlas, widths).density;
+    const float* const texels = atlas.density.texels.get();
+    const BrickAtlas codes = coded(std::move(atlas), widths, /*replaces=*/true).density;
+    EXPECT_EQ(static_cast<const void*>(codes.codes.get()) == texels, fits);
+    ASSERT_EQ(codes.code_count(), kept.code_count());
+    EXPECT_EQ(0, std::memcmp(codes.codes.get(), kept.codes.get(), 8 * codes.code_count()));
+  }
 }
 
 }  // namespace

@@ -34,18 +34,6 @@ int count(const Image& image, const glm::dvec3& color) {
   return found;
 }
 
-TEST(RoundValues, AreMultiplesOfOneTwoOrFive) {
-  using Values = std::vector<double>;
-  EXPECT_EQ(round_values(0, 1, 5), (Values{0, 0.2, 0.4, 0.2 * 3, 0.8, 1}));
-  EXPECT_EQ(round_values(-1000, 3000, 5), (Values{-1000, 0, 1000, 2000, 3000}));
-  EXPECT_EQ(round_values(3, 17, 5), (Values{5, 10, 15}));
-  for (const double scale : {1e-30, 1e-3, 7.3, 1e12}) {
-    const Values values = round_values(-0.37 * scale, 1.13 * scale, 5);
-    EXPECT_GE(values.size(), 3u) << scale;
-    EXPECT_LE(values.size(), 8u) << scale;
-  }
-}
-
 TEST(ColorScale, IsTheMapsOverTheRange) {
   Scene scene;
   scene.colormap = Colormap::hot;
@@ -144,27 +132,6 @@ TEST(TextPicture, HasTheLettersOfUnits) {
   const auto width = [](const char* text) { return image_io::text_picture(text, 40).width; };
   EXPECT_LT(width("°"), width("W"));  // one letter, not the two of its bytes
   EXPECT_NEAR(width("µm"), width("um"), 2);
-}
-
-TEST(TextPicture, DrawsWhatNoMachinesFontsAreNeededFor) {
-  const auto ink = [](const image_io::TextPicture& text) {
-    double sum = 0;
-    for (const float v : text.coverage) {
-      EXPECT_GE(v, 0);
-      EXPECT_LE(v, 1);
-      sum += double(v);
-    }
-    return sum;
-  };
-  const auto one = image_io::text_picture("1", 20), minus = image_io::text_picture("-", 20);
-  const auto eights = image_io::text_picture("88", 20), eight = image_io::text_picture("8", 20);
-  EXPECT_EQ(one.height, 20);
-  EXPECT_GT(ink(one), ink(minus));
-  EXPECT_GT(ink(eight), ink(one));
-  // the second 8 begins at part of a pixel: its ink is the same to the antialiasing's codes
-  EXPECT_NEAR(ink(eights), 2 * ink(eight), 0.02 * ink(eights));
-  EXPECT_NEAR(eights.width, 2 * eight.width, 1);
-  EXPECT_EQ(ink(image_io::text_picture(" ", 20)), 0);
 }
 
 TEST(ScaleBar, HasARoundLengthOfAtMostAQuarterOfThePicture) {

@@ -79,15 +79,6 @@ TEST(PlanMarch, DepthsOfAFunctionToo) {
     kept(make_view(scene, VdbFile(scene.input)), tolerance);
 }
 
-TEST(PlanMarch, TheSameViewHasTheSamePlan) {
-  const View view = with_tolerance(blobs_view(true), 1e-3);
-  const MediumAtlas atlas = build_medium_atlas(view);
-  const MarchPlan a = plan_march(view, atlas), b = plan_march(view, atlas);
-  EXPECT_EQ(method_text(a.chosen.method), method_text(b.chosen.method));
-  EXPECT_EQ(a.chosen.method.step, b.chosen.method.step);
-  EXPECT_EQ(a.chosen.rms, b.chosen.rms);
-}
-
 TEST(PlanMarch, ThePilotIsASmallPartOfThePicture) {
   for (const bool own_luminance : {false, true})
     for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
@@ -103,16 +94,6 @@ TEST(PlanMarch, ThePilotIsASmallPartOfThePicture) {
       for (const Trial& trial : plan.trials) whole += trial.samples;
       EXPECT_LT(double(plan.samples), 0.6 * whole * plan.rays);
     }
-}
-
-TEST(PlanMarch, TighterTolerancesTakeMoreLookUps) {
-  double before = 0;
-  for (const double tolerance : {1e-1, 1e-2, 1e-3, 1e-4}) {
-    const View view = with_tolerance(blobs_view(false), tolerance);
-    const MarchPlan plan = plan_march(view, build_medium_atlas(view));
-    EXPECT_GE(plan.chosen.cost, before) << tolerance;
-    before = plan.chosen.cost;
-  }
 }
 
 TEST(PlanMarch, WhatCannotBeReachedIsMarchedExactly) {
@@ -404,32 +385,6 @@ TEST(CheckError, EveryPixelGivesThePicturesError) {
   EXPECT_GE(few.pixels, 60);
   EXPECT_LE(few.pixels, 100);
   EXPECT_LE(few.max, all.max + 1e-6);
-}
-
-TEST(BrickKinks, OfAllChannels) {
-  Field field = make_field({glm::ivec3(0), glm::ivec3(7)},
-                           [](const glm::ivec3& at) { return at == glm::ivec3(4) ? 1.0f : 0.5f; });
-  Field vectors = make_vector_field({glm::ivec3(0), glm::ivec3(7)}, [](const glm::ivec3& at) {
-    return glm::vec3(0.5f, 0.5f, at == glm::ivec3(4) ? 7.5f : 0.5f);
-  });
-  const auto greatest = [](const Field& of) {
-    const std::vector<float> kinks = brick_kinks(build_atlas(of));
-    return *std::max_element(kinks.begin(), kinks.end());
-  };
-  EXPECT_EQ(greatest(field), 1);
-  EXPECT_EQ(greatest(vectors), 14);
-}
-
-TEST(BrickKinks, OfFacesToo) {
-  // a ramp that begins on a brick's face, so that it is linear inside each brick
-  const auto value = [](const glm::ivec3& at) { return at.x < 8 ? 0.0f : float(at.x - 8); };
-  const BrickAtlas atlas = build_atlas(make_field({glm::ivec3(0), glm::ivec3(23)}, value));
-  const std::vector<float> kinks = brick_kinks(atlas);
-  ASSERT_EQ(kinks.size(), atlas.bricks.size());
-  for (std::size_t i = 0; i < kinks.size(); ++i) {
-    EXPECT_GE(kinks[i], atlas.bricks[i].second_difference);
-    EXPECT_GE(kinks[i], 1) << "brick " << i;  // every brick has a face of the ramp or of the box
-  }
 }
 
 }  // namespace

@@ -181,50 +181,7 @@ TEST_F(GradientMarch, EqualColumnsAreTheFunctionOfTheValue) {
   }
 }
 
-TEST(GradientCost, IsNoneWithoutAGradient) {
-  const auto prelude = [](const View& view) {
-    return gl::ProgramKey{make_march_setup(view, build_medium_atlas(view)).constants}.prelude();
-  };
-  const View plain = view_by(scene_of(), TransferFunction(peaks), blobs());
-  const View view = view_by(scene_of(), by_equal_columns(), blobs());
-  EXPECT_TRUE(has(prelude(plain), "const bool with_gradient = false;"));
-  EXPECT_TRUE(has(prelude(view), "const bool with_gradient = true;"));
-  EXPECT_FALSE(plain.medium.gradient);
-  const MediumAtlas without = build_medium_atlas(plain), with = build_medium_atlas(view);
-  EXPECT_FALSE(without.gradient);
-  ASSERT_TRUE(with.gradient);
-  EXPECT_EQ(with.size().bytes(), without.size().bytes() + with.gradient->size.bytes());
-  // tables: nothing is appended
-  EXPECT_LT(make_march_setup(plain, without).tables.size(),
-            make_march_setup(view, with).tables.size());
-  EXPECT_EQ(make_march_setup(plain, without).parameters.gradient_columns, 0);
-  // look-ups include the gradient's bricks
-  RenderOptions count;
-  count.count = true;
-  EXPECT_GT(render_double(view, with, count).stats.samples,
-            1.5 * double(render_double(plain, without, count).stats.samples));
-}
-
 // --- what is skipped -----------------------------------------------------------------------------
-
-TEST(GradientSkipping, LeavesOutBricksOfOtherValuesAndFlatOnes) {
-  // One small steep blob exceeds 0.9. The flat half is steepest in its corners, where it falls to 0
-  // over two voxels: 0.26 per voxel, so a shell 2 voxels thick reaches from 0.9 down to 0.38.
-  const Field field = make_field({{0, 0, 0}, {71, 71, 71}}, [](glm::ivec3 v) {
-    return v.x >= 40 ? 0.299f : blobs_at(glm::dvec3(v));
-  });
-  const TransferFunction one({TransferPoint{}}, false, {.isosurfaces = {{0.9, 2, 1}}});
-  const AtlasSize shown = build_medium_atlas(view_by(scene_of(), one, field)).density.size;
-  const AtlasSize all = predict_atlas(field);
-  EXPECT_GT(all.constant_bricks, 100u);
-  EXPECT_EQ(shown.constant_bricks, 0u);
-  EXPECT_LT(2 * shown.textured_bricks, all.textured_bricks);
-  EXPECT_GT(shown.textured_bricks, 3u);
-  // Its own value is visible, although nothing changes there.
-  const TransferFunction flat({TransferPoint{}}, false, {.isosurfaces = {{0.299f, 1, 1}}});
-  EXPECT_GT(build_medium_atlas(view_by(scene_of(), flat, field)).density.size.constant_bricks,
-            100u);
-}
 
 /// A box of values next to unstored voxels; its gradients reach one voxel into those.
 Field box_of_leaf() {

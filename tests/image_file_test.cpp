@@ -96,21 +96,6 @@ TEST_F(ImageTest, AShortExrOfManyPixelsIsRefused) {
       << text;
 }
 
-TEST_F(ImageTest, EveryDamagedByteOfAPngIsAnError) {
-  Image image = noise(4, 4);
-  image.metadata["psivox:scene"] = "{}";
-  write_image(image, file("a.png"));
-  const std::string whole = test::file_bytes(file("a.png"));
-  testing::internal::CaptureStderr();
-  for (std::size_t i = 0; i < whole.size(); ++i) {
-    std::string damaged = whole;
-    damaged[i] = static_cast<char>(damaged[i] ^ 1);
-    test::write_bytes("damaged", damaged);
-    EXPECT_NE(input_error([&] { read_image(file("damaged")); }), "no error");
-  }
-  EXPECT_EQ(testing::internal::GetCapturedStderr(), "");
-}
-
 TEST_F(ImageTest, EveryDamagedByteIsAnErrorOrAPictureAndPrintsNothing) {
   testing::internal::CaptureStderr();
   for (const char* name : every_format) {
@@ -125,6 +110,7 @@ TEST_F(ImageTest, EveryDamagedByteIsAnErrorOrAPictureAndPrintsNothing) {
       test::write_bytes("damaged", damaged);
       try {
         read_image(file("damaged"));
+        EXPECT_NE(name, std::string("a.png")) << "has a sum over every byte, " << i;
       } catch (const Error& error) {
         EXPECT_EQ(static_cast<int>(error.code()), static_cast<int>(ExitCode::input))
             << error.what();

@@ -6,14 +6,12 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdlib>
 #include <filesystem>
 #include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 #include <memory>
 
-#include "look/voxel_lines.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "psivox/picture_file.h"
@@ -213,31 +211,6 @@ TEST(Look, ColoursOfAMapAreReachedAndNotExceeded) {
     const double seen = looked.luminance->x + 0.4 * looked.lights[0].color.x;
     EXPECT_GE(double(greatest), seen * color) << look;
   }
-}
-
-TEST(Look, KeepsTheSubjectOfAViewThatItMade) {
-  const OpenedScene opened = open_scene(scene_of(asset("tiles.vdb")), VdbFile(asset("tiles.vdb")));
-  const std::optional<KnownSubject>& known = opened.looked.fields.subject;
-  ASSERT_TRUE(known);
-  EXPECT_EQ(opened.view.subject, known->subject);
-  MediumFields fields = opened.looked.fields;
-  fields.subject.reset();
-  const View anew = make_view(opened.looked.scene, fields);
-  EXPECT_EQ(anew.camera.position, opened.view.camera.position);
-  EXPECT_TRUE(known->serves(anew.medium, anew.scene.mode));
-  EXPECT_FALSE(known->serves(anew.medium, Mode::isosurface));
-  const auto serves = [&](const auto& change) {
-    Medium medium = anew.medium;
-    change(medium);
-    return known->serves(medium, anew.scene.mode);
-  };
-  EXPECT_FALSE(serves([](Medium& m) { m.density = std::make_shared<const Field>(*m.density); }));
-  EXPECT_FALSE(serves([](Medium& m) { m.surfaces.push_back({}); }));
-  EXPECT_FALSE(serves([](Medium& m) {
-    m.transfer = std::make_shared<const TransferFunction>(std::vector<TransferPoint>(1));
-  }));
-  EXPECT_FALSE(serves([](Medium& m) { m.others.push_back(m); }));
-  EXPECT_FALSE(serves([](Medium& m) { m.emission.emplace_back(); }));
 }
 
 TEST(Look, IsTheSameForAnyMethod) {

@@ -300,15 +300,6 @@ TEST_F(MarchLimits, MoreTexturesThanTheDeviceHasIsALimitByName) {
   EXPECT_TRUE(has(message, "textures, and the device has"));
 }
 
-TEST_F(MarchLimits, RenderNeedsItsUpload) {
-  const View view = view_of(near_limits(), mixed());
-  const MediumAtlas atlases = build_medium_atlas(view);
-  render_gl(view, atlases);
-  Scene scene = near_limits();
-  scene.filter = Filter::hardware;
-  EXPECT_THROW(Gpu::renderer()->render(view_of(scene, mixed())), Error);
-}
-
 // No picture is silent: whatever its size, no more than a tile passes between two reports. A tile
 // has 1024^2 pixels at most (gl/picture_pass.cpp), and fewer where it takes long.
 TEST_F(MarchLimits, EveryTileOfALargePictureIsReported) {

@@ -3,111 +3,18 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <glm/geometric.hpp>
-#include <random>
 
-#include "field/leaf_values.h"
+#include "blobs_scene.h"
+#include "field_voxels.h"
 #include "made_fields.h"
 #include "march/atlas_march.h"
 #include "march_cases.h"
+#include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "region_cases.h"
 
 namespace psivox {
 namespace {
-
-std::vector<glm::ivec3> some_bricks(int count) {
-  std::mt19937 random(7);
-  std::vector<glm::ivec3> bricks;
-  for (int i = 0; i < count; ++i)
-    bricks.emplace_back(int(random() % 40) - 20, int(random() % 30), i);  // distinct
-  return bricks;
-}
-
-std::vector<Box> boxes_of(const std::vector<Region>& regions) {
-  std::vector<Box> boxes;
-  for (const Region& region : regions) boxes.push_back(region.bricks);
-  return boxes;
-}
-
-bool holds(const Box& box, const glm::ivec3& brick) {
-  return glm::clamp(brick, box.min, box.max) == brick;
-}
-
-TEST(Regions, HoldEachBrickOnceAndNoMoreThanAsked) {
-  const std::vector<glm::ivec3> bricks = some_bricks(500);
-  for (const std::size_t most : {1, 7, 100, 499, 500}) {
-    const Regions regions(bricks, most);
-    const std::vector<Box> boxes = boxes_of(regions.all());
-    EXPECT_EQ(boxes.size(), regions.count());
-    std::vector<std::size_t> in(boxes.size());
-    for (const glm::ivec3& brick : bricks) {
-      int found = 0;
-      for (std::size_t i = 0; i < boxes.size(); ++i)
-        if (holds(boxes[i], brick)) {
-          ++found;
-          ++in[i];
-        }
-      EXPECT_EQ(found, 1);
-    }
-    for (const std::size_t count : in) EXPECT_LE(count, most);
-  }
-}
-
-TEST(Regions, ArePartsOfAboutOneSize) {
-  for (const int count : {0, 1, 5, 500})
-    for (const std::size_t parts : {1, 2, 3, 7, 8, 64}) {
-      const std::vector<glm::ivec3> bricks = some_bricks(count);
-      const std::vector<Region> regions = Regions::in_parts(bricks, parts).all();
-      ASSERT_EQ(regions.size(), parts);
-      std::size_t filled = 0;
-      for (std::size_t i = 0; i < parts; ++i) {
-        EXPECT_EQ(regions[i].number, i);
-        std::size_t held = 0;
-        for (const glm::ivec3& brick : bricks) held += holds(regions[i].bricks, brick);
-        EXPECT_EQ(held, regions[i].count);
-        // these bricks have distinct places along the longest axis, so that each cut rounds by half
-        // a brick at most
-        EXPECT_LE(regions[i].count, std::size_t(count) / parts + 6) << count << " in " << parts;
-        filled += held > 0;
-      }
-      EXPECT_EQ(filled, std::min(parts, std::size_t(count)));
-    }
-}
-
-TEST(Regions, ComeInTheOrderOfEveryRay) {
-  const Regions regions(some_bricks(300), 10);
-  std::mt19937 random(3);
-  const auto number = [&] { return double(random() % 2001) / 1000 - 1; };
-  for (const bool orthographic : {false, true})
-    for (int n = 0; n < 50; ++n) {
-      Camera camera;
-      camera.orthographic = orthographic;
-      camera.position = 300.0 * glm::dvec3(number(), number(), number());
-      camera.forward = glm::normalize(glm::dvec3(number(), number(), number()));
-      const std::vector<Box> boxes = boxes_of(regions.front_to_back(camera, glm::dmat4(1)));
-      for (int ray = 0; ray < 20; ++ray) {
-        const glm::dvec3 way = orthographic
-                                   ? camera.forward
-                                   : glm::normalize(glm::dvec3(number(), number(), number()));
-        const glm::dvec3 from =
-            camera.position +
-            (orthographic ? 100.0 * glm::dvec3(number(), number(), number()) : glm::dvec3(0));
-        double last = -1e300;
-        for (const Box& box : boxes) {
-          // where the ray enters and leaves the box [8 voxels a brick]
-          const glm::dvec3 a = (8.0 * glm::dvec3(box.min) - from) / way;
-          const glm::dvec3 b = (8.0 * glm::dvec3(box.max + 1) - from) / way;
-          const glm::dvec3 in = glm::min(a, b), out = glm::max(a, b);
-          const double begin = std::max({in.x, in.y, in.z, orthographic ? -1e300 : 0.0});
-          const double end = std::min({out.x, out.y, out.z});
-          if (begin >= end) continue;
-          EXPECT_GE(begin, last - 1e-6 * (1 + std::abs(last)));
-          last = end;
-        }
-      }
-    }
-}
 
 /// The pictures of all pixels' rays, R G B A and transmittance in place of A, folded over regions
 /// front to back; one region is the whole.
@@ -257,6 +164,85 @@ TEST_F(RegionFoldOnTheGpu, EqualsOnePass) {
       // a region's picture is rounded to float32, 1e-7 of values about 1, as the whole's is
       EXPECT_LE(compare_images(whole, in_parts(8)).rms, 1e-6) << name;
     }
+}
+
+// --- levels of detail ----------------------------------------------------------------------------
+
+TEST(CoarseField, KeepsALinearField) {
+  const auto linear = [](const glm::dvec3& at) { return at.x - 2 * at.y + 0.5 * at.z + 100; };
+  for (const Centering centering : {Centering::node, Centering::cell}) {
+    const glm::dvec3 shift(centering == Centering::cell ? 0.5 : 0);
+    const Field fine = make_field({{-32, -16, 0}, {31, 31, 31}}, [&](glm::ivec3 v) {
+      return float(linear(glm::dvec3(v) + shift));
+    });
+    const Field coarse = coarse_field(fine, 2, centering);
+    EXPECT_EQ(coarse.active_box, (Box{{-8, -4, 0}, {7, 7, 7}}));
+    const FieldVoxels values(coarse);
+    for (const glm::ivec3 v :
+         {glm::ivec3(-8, -4, 0), glm::ivec3(0), glm::ivec3(7), glm::ivec3(-1, 3, 5)}) {
+      const glm::dvec3 at(coarse.world_from_index * glm::dvec4(glm::dvec3(v) + shift, 1));
+      EXPECT_NEAR(values(v).x, linear(at), 1e-4);  // float32 of values about 100
+    }
+  }
+}
+
+TEST(CoarseField, TakesTilesAndLeavesAlike) {
+  const Field leaves = noise_beside_constant();
+  const Field from_leaves = coarse_field(leaves, 1, Centering::node);
+  const Field from_tiles = coarse_field(with_tiles(leaves), 1, Centering::node);
+  const FieldVoxels a(from_leaves), b(from_tiles);
+  for_points({{0, 0, 0}, {19, 15, 11}}, [&](const glm::ivec3& v) { EXPECT_EQ(a(v), b(v)); });
+}
+
+TEST(CoarseField, HalvesWideTiles) {
+  Field field;
+  field.active_box = {{-4096, 0, 0}, {-1, 4095, 4095}};
+  field.tiles = {{{-4096, 0, 0}, 4096, glm::vec3(3)}};
+  const Field coarse = coarse_field(field, 1, Centering::node);
+  EXPECT_TRUE(coarse.leaves.empty());
+  EXPECT_EQ(coarse.tiles.size(), 16u * 16 * 16);  // of 128 voxels
+  const FieldVoxels values(coarse);
+  for (const glm::ivec3 v : {glm::ivec3(-2048, 0, 0), glm::ivec3(-1, 2047, 2047)})
+    EXPECT_EQ(values(v).x, 3);
+  EXPECT_EQ(values({-1, 2048, 0}).x, 0);
+}
+
+TEST(CoarseField, OfAnArrayThatEndsHasTheMeansOfItsVoxels) {
+  const glm::ivec3 shape(19, 18, 17);
+  DenseField made("air", shape, 1, glm::dmat4(1));
+  for (int x = 0; x < shape.x; x += 8)
+    made.add(std::vector<float>(std::size_t(std::min(8, shape.x - x) * shape.y * shape.z), -1000));
+  const VdbFile file(std::make_shared<const Field>(made.finish()));
+  const Field air = file.read("air", {.role = GridRole::data});
+  for (const CoarseValue what : {CoarseValue::mean, CoarseValue::sample})
+    for (const int times : {1, 2}) {
+      const Field coarse = coarse_field(air, times, Centering::node, what);
+      EXPECT_EQ(coarse.domain(), (Box{{0, 0, 0}, (shape - 1) >> times}));
+      const FieldVoxels values(coarse);
+      for_points(coarse.domain(), [&](const glm::ivec3& v) { EXPECT_EQ(values(v).x, -1000); });
+    }
+}
+
+TEST(CoarseField, DrawsLessAndSaysSo) {
+  Scene scene = blobs_scene();
+  scene.camera_position = glm::dvec3(2, 1.5, 3);
+  scene.camera_target = glm::dvec3(0.3, 0.4, 0);
+  const auto picture = [&](int lod, std::uint64_t limit) {
+    scene.lod = lod;
+    scene.memory_limit = limit;
+    Session session(scene);
+    const auto& notices = session.view().medium.density->notices;
+    const bool said = std::ranges::any_of(
+        notices, [](const std::string& line) { return line.find("--lod") != std::string::npos; });
+    EXPECT_EQ(said, lod > 0);
+    return session.draw(*open_double()).image;
+  };
+  const Image whole = picture(0, 0), coarse = picture(1, 0);
+  const double rms = compare_images(whole, coarse).rms;
+  EXPECT_GT(rms, 1e-4);
+  EXPECT_LT(rms, 0.05);  // blobs are many voxels wide
+  // values that stay in the file are read for it; it is drawn in parts, which rounds to float32
+  EXPECT_LT(compare_images(coarse, picture(1, 300000)).max, 1e-6);
 }
 
 }  // namespace

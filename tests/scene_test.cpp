@@ -40,15 +40,6 @@ TEST(Parameters, EveryRowHasAUniqueNameADefaultAndHelp) {
   EXPECT_EQ(find_parameter("setp"), nullptr);
 }
 
-TEST(Parameters, DefaultsComeFromTheScene) {
-  EXPECT_EQ(find_parameter("segments")->default_text, "2");
-  EXPECT_EQ(find_parameter("opacity-unit")->default_text, "1");
-  EXPECT_EQ(find_parameter("resolution")->default_text, "1280x720");
-  EXPECT_EQ(find_parameter("aperture")->default_text, "41.2136");
-  EXPECT_EQ(find_parameter("renderer")->default_text, "gl");
-  EXPECT_EQ(find_parameter("strict")->default_text, "false");
-}
-
 TEST(Parameters, TextOfEveryDefaultReadsBack) {
   const Scene defaults;
   for (const Parameter& p : parameters()) {
@@ -310,26 +301,6 @@ TEST(Json, RoundTripsEveryBit) {
     ASSERT_EQ(back.memory_limit, scene.memory_limit);
     ASSERT_EQ(to_json(back), to_json(scene));
   }
-}
-
-TEST(Json, PrintsNumbersVectorsNamesAndUnset) {
-  Scene scene;
-  scene.integrator = Integrator::psi_balanced;
-  scene.camera_target = glm::dvec3(1, -2.5, 3);
-  scene.early_termination = 1.0 / 1024;
-  scene.colormap = Colormap::magma;
-  scene.range = glm::dvec2(0, 2.5);
-  scene.lights = {{{0, -1, 0}, {1, 2, 3}}};
-  scene.mode = Mode::back_to_front;
-  const std::string text = to_json(scene);
-  for (const char* line :
-       {"\"extinction\": \"auto\"", "\"integrator\": \"psi-balanced\"", "\"segments\": 2,",
-        "\"camera-target\": [1.0,-2.5,3.0]", "\"resolution\": [1280,720]", "\"strict\": false",
-        "\"colormap\": \"magma\"", "\"range\": [0.0,2.5]", "\"isovalue\": \"auto\"",
-        "\"light\": [0.0,-1.0,0.0,1.0,2.0,3.0]", "\"mode\": \"back-to-front\"",
-        "\"end-corrections\": true", "\"background\": \"none\"",
-        "\"early-termination\": 0.0009765625"})
-    EXPECT_TRUE(has(text, line));
 }
 
 TEST(Json, TakesTheCommandLinesSyntaxAndPartialScenes) {

@@ -226,8 +226,6 @@ run 0 "6 frames" $pattern -o out/f.#.png "${small[@]}" --follow
 [ "$(for i in 1 6; do scene_of out/f.$i.png | tr -d ' \n' | grep -o '"camera-target":\[[^]]*\]'; done | sort -u | wc -l)" = 2 ] ||
   fail "--follow: the camera stays"
 
-run 2 "leave one of them out" $pattern -o out/f.#.png "${small[@]}" --camera-path path.json --follow
-
 # --- films ----------------------------------------------------------------------------------------
 mkdir bin
 cat >bin/ffmpeg <<'EOF'

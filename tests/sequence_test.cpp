@@ -180,16 +180,6 @@ TEST(SequenceScene, OfOneFileRepeatedIsSeenAsThatFileAlone) {
   }
 }
 
-TEST(SequenceScene, KeepsWhatTheSceneSets) {
-  TwoFiles files;
-  Scene scene;
-  scene.extinction = 5;
-  scene.camera_position = glm::dvec3(0, 0, 99);
-  const SequenceScene sequence = resolve_sequence(scene, files.paths);
-  EXPECT_EQ(*sequence.scene.extinction, 5);
-  EXPECT_EQ(*sequence.scene.camera_position, glm::dvec3(0, 0, 99));
-}
-
 TEST(SequenceScene, TakesTheNearestFileInPlaceOfOneWithoutTheGrid) {
   TwoFiles files;
   files.paths.push_back(files.folder.path("image.nrrd"));

@@ -3,15 +3,12 @@
 
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
-#include <sstream>
 #include <string>
 
 #include "blobs_scene.h"
 #include "gl/shader_source.h"
-#include "gl/webgl_march.h"
 #include "march_cases.h"
 #include "psivox/draw.h"
 #include "scratch.h"
@@ -159,137 +156,14 @@ TEST_F(Shaders, AFolderWithoutShadersIsSaidSo) {
   EXPECT_TRUE(has(message, "PSIVOX_SHADER_DIR"));
 }
 
-TEST(ShaderSource, LogsOfBothKindsOfDriverAreMapped) {
-  gl::ShaderSource source;
-  for (int i = 1; i <= 3; ++i) source.add_line("", {"march.frag", i});
-  for (int i = 1; i <= 9; ++i) source.add_line("", {"ray.glsl", i});
-  EXPECT_EQ(source.map_log("0:10(5): error: x"), "ray.glsl:7: error: x");
-  EXPECT_EQ(source.map_log("0(10) : error C1: x"), "ray.glsl:7: error C1: x");
-  EXPECT_EQ(source.map_log("0:3(1): a\n0:4(2): b"), "march.frag:3: a\nray.glsl:1: b");
-  EXPECT_EQ(source.map_log("0:17(5): error"), "0:17(5): error");
-  EXPECT_EQ(source.map_log("no place"), "no place");
-}
-
-TEST(ShaderSource, EveryLineKnowsItsPlace) {
-  const gl::ShaderSource source =
-      gl::load_shader("march.frag", "a\nb\n",
-                      {{"integrator.glsl", "#include \"integrators/midpoint.glsl\"\nlast\n"}});
-  EXPECT_EQ(std::size_t(std::count(source.text.begin(), source.text.end(), '\n')),
-            source.places.size());
-  EXPECT_EQ(source.places[0].file, "version");
-  EXPECT_EQ(source.places[2].file, "prelude");
-  EXPECT_EQ(source.places[2].line, 2);
-  EXPECT_FALSE(has(source.text, "#include"));
-}
-
-TEST(Macros, AreReplacedAsByAPreprocessor) {
-  gl::Macros macros;
-  EXPECT_EQ(macros.expanded("#define real float\n"
-                            "#define PAIR(type, name) type name##_a, \\\n"
-                            "  name ## _b;\n"
-                            "#define own(x) own(x + 1e-3)\n"
-                            "PAIR(real, u)\n"
-                            "own(max(real, 2.0)); own; surreal real3\n"
-                            "#undef real\n"
-                            "real\n"),
-            "float u_a,    u_b;\n"
-            "own(max(float, 2.0) + 1e-3); own; surreal real3\n"
-            "real\n");
-}
-
-TEST(WebGlText, SetsGlobalsInMainAndRoundsWhatIsPrecise) {
-  gl::ShaderSource source;
-  for (const char* line :
-       {"#version 450 core", "uniform samplerBuffer tables;", "uniform usamplerBuffer codes[1];",
-        "uniform float given;", "const float two = 2.0;", "float step = two * given;",
-        "float unread = given;", "void main() {", "  precise float t = step * two;",
-        "  gl_FragDepth = t + texelFetch(tables, int(texelFetch(codes[0], 7).x)).x;", "}"})
-    source.add_line(line, {});
-  const std::string text = gl::webgl_text(source, {"tables"});
-  EXPECT_TRUE(text.starts_with("#version 300 es\n"));
-  std::string own = text.substr(text.find("uniform sampler2D tables"));
-  std::erase(own, ' ');
-  EXPECT_EQ(own,
-            "uniformsampler2Dtables;\n\nuniformfloatgiven;\nconstfloattwo=2.0;\n"
-            "floatlattice_step;\n\nvoidmain(){\nlattice_step=two*given;\n\n"
-            "floatt=exactly(lattice_step*two);\n"
-            "gl_FragDepth=t+entry_of(tables,int(uvec4(0u).x)).x;\n}\n");
-  EXPECT_EQ(gl::webgl_name("given.step"), "given.lattice_step");
-}
-
-/// The text of `reduced`, line by line with single spaces, and the lines' numbers.
-std::string reduced_text(const std::string& text) {
-  gl::ShaderSource source;
-  std::istringstream lines(text);
-  std::string line, result;
-  for (int i = 1; std::getline(lines, line); ++i) source.add_line(line, {"x", i});
-  const gl::ShaderSource reduced = gl::reduced(source);
-  std::istringstream left(reduced.text);
-  for (std::size_t i = 0; std::getline(left, line); ++i) {
-    result += std::to_string(reduced.places.at(i).line) + ":";
-    std::istringstream words(line);
-    for (std::string word; words >> word;) result += " " + word;
-    result += "\n";
-  }
-  return result;
-}
-
-TEST(ReducedSource, DropsBranchesOnConstantsAndWhatIsNotReached) {
-  EXPECT_EQ(reduced_text("const bool on = true;\n"
-                         "const int two = 2;\n"
-                         "DERIVED(bool, off, !on || two == 3)\n"
-                         "float unused(float x) { return x; }\n"
-                         "float only_if_off(float x) { return unused(x); }\n"
-                         "float wanted(float x) { return x; }\n"
-                         "void main() {\n"
-                         "  float x = 1.0;  // said\n"
-                         "  if (off && x > 0.0) x = only_if_off(x);\n"
-                         "  else x = wanted(x);\n"
-                         "  for (int i = 0; i < 2; ++i) if (off) x = unused(x);\n"
-                         "  if (x > 0.0 && on) x = 2.0;\n"
-                         "  if (on) { x = 3.0; return; }\n"
-                         "  x = unused(x);\n"
-                         "}\n"),
-            "1: const bool on = true;\n"
-            "2: const int two = 2;\n"
-            "3: DERIVED(bool, off, !on || two == 3)\n"
-            "6: float wanted(float x) { return x; }\n"
-            "7: void main() {\n"
-            "8: float x = 1.0;\n"
-            "10: x = wanted(x);\n"
-            "11: for (int i = 0; i < 2; ++i) ;\n"
-            "12: if (x > 0.0 && on) x = 2.0;\n"
-            "13: { x = 3.0; return; }\n"
-            "15: }\n");
-}
-
-TEST(ReducedSource, DecidesConditionalPartsAndKeepsWhatMacrosUse) {
-  EXPECT_EQ(reduced_text("#define BITS 32\n"
-                         "const bool on = false;\n"
-                         "float by_macro() { return 1.0; }\n"
-                         "#define CALL(x) x * by_macro()\n"
-                         "#if BITS == 64\n"
-                         "float narrow() { return 2.0; }\n"
-                         "#else\n"
-                         "float narrow(bool on) { if (on) return 3.0; return 4.0; }\n"
-                         "#endif\n"
-                         "void main() { CALL(narrow(on)); }\n"),
-            "1: #define BITS 32\n"
-            "2: const bool on = false;\n"
-            "3: float by_macro() { return 1.0; }\n"
-            "4: #define CALL(x) x * by_macro()\n"
-            "8: float narrow(bool on) { if (on) return 3.0; return 4.0; }\n"
-            "10: void main() { CALL(narrow(on)); }\n");
-}
-
-TEST(ReducedSource, LeavesWhatItDoesNotRead) {
-  const std::string condition = "#ifdef GL_ES\nfloat f() { return 1.0; }\n#endif\n";
-  EXPECT_EQ(reduced_text(condition), "1: #ifdef GL_ES\n2: float f() { return 1.0; }\n3: #endif\n");
-  // the driver's compiler finds the faults
+TEST(ReducedSource, LeavesFaultsToTheDriversCompiler) {
   for (const char* faulty :
-       {"#version 450\nvoid main() { if (true) {\n", "(", "{", "void main(", "a {", "const int",
-        "f() {", "void main() { if (", "#endif\n", "x DERIVED(", "void main() { if (true) x"})
-    EXPECT_NO_THROW(reduced_text(faulty)) << faulty;
+       {"void main() { if (true) {", "(", "{", "void main(", "a {", "const int", "f() {",
+        "void main() { if (", "#endif", "x DERIVED(", "void main() { if (true) x"}) {
+    gl::ShaderSource source;
+    source.add_line(faulty, {"x", 1});
+    EXPECT_NO_THROW(gl::reduced(source)) << faulty;
+  }
 }
 
 }  // namespace

@@ -129,7 +129,6 @@ run 0 "" "$assets/blobs.vdb" --projection orthographic --samplings cells,templat
   --no-split --integrators midpoint --segments 1 --resolution 16x16 -o template
 [ "$(rows template)" = 1 ] || fail "template: $(rows template) rows, expected 1"
 grep -q '"reason": ".*none may emit' template/results.json || fail "no reason for the template"
-run 2 "parallel rays" "$assets/blobs.vdb" --samplings template -o bad -q
 run 2 "--output is required" "$assets/blobs.vdb"
 run 2 "IN.vdb" -o bad
 run 2 "from 1 to 1000" "$assets/blobs.vdb" -o bad --repeats 0

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <limits>
 #include <sstream>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "psivox/study.h"
 #include "study/conclusion.h"
 #include "study/page.h"
+#include "study/results.h"
 #include "thrown.h"
 
 namespace psivox {
@@ -62,35 +64,6 @@ TEST(Plan, SkipsWhatTheSceneRefusesAndSaysWhy) {
   }
 }
 
-TEST(Plan, TemplatesNeedParallelRays) {
-  Sweep sweep = small_sweep();
-  set_sweep(sweep, "samplings", "template");
-  set_sweep(sweep, "integrators", "psi-exact");
-  const StudyPlan refused = plan_study(sweep, Scene{});
-  EXPECT_TRUE(refused.variants.empty());
-  ASSERT_EQ(refused.skipped.size(), 1u);
-  EXPECT_TRUE(has(refused.skipped[0].reason, "orthographic"));
-  Scene parallel;
-  parallel.projection = Projection::orthographic;
-  EXPECT_EQ(plan_study(sweep, parallel).variants.size(), 1u);
-}
-
-TEST(Plan, ResolutionsAreADimensionOfTheirOwn) {
-  Sweep sweep = small_sweep();
-  set_sweep(sweep, "integrators", "psi-exact");
-  set_sweep(sweep, "samplings", "uniform");
-  set_sweep(sweep, "resolutions", "64x48,32x24");
-  Scene base;
-  base.resolution = {640, 480};
-  const StudyPlan plan = plan_study(sweep, base);
-  ASSERT_EQ(plan.variants.size(), 4u);
-  EXPECT_EQ(variant_name(plan.variants[0]), "psi-exact step 1 64x48");
-  EXPECT_EQ(scene_of(plan.variants[1], base).resolution, glm::ivec2(32, 24));
-  EXPECT_EQ(studied_scene(base).resolution, base.resolution);
-  const auto& swept = swept_parameters();  // --resolution stays an option
-  EXPECT_EQ(std::find(swept.begin(), swept.end(), "resolution"), swept.end());
-}
-
 TEST(Plan, MaximaAndSurfacesHaveNoRules) {
   Sweep sweep = small_sweep();
   Scene base;
@@ -126,20 +99,6 @@ TEST(Plan, TolerancesLeaveTheWayOpen) {
   EXPECT_EQ(scene.resolved_early_termination(), 1e-2 / 4);
   base.split_knots = true;  // sets the method, so that no variant is left
   EXPECT_TRUE(plan_study(sweep, base).variants.empty());
-}
-
-TEST(Plan, VariantsAreScenesOfTheirOwn) {
-  Scene base;
-  base.step = 3;  // from a file; the sweep replaces it
-  base.integrator = Integrator::average;
-  base.extinction = 2;
-  for (const Variant& variant : plan_study(small_sweep(), base).variants) {
-    const Scene scene = scene_of(variant, base);
-    EXPECT_NO_THROW(validate(scene));
-    EXPECT_EQ(scene.extinction, 2);
-    EXPECT_EQ(scene.resolved_integrator(), variant.method.integrator);
-    EXPECT_EQ(scene.step.has_value(), variant.method.sampling == Sampling::uniform);
-  }
 }
 
 TEST(Plan, OptionsOfAVariantRenderIt) {
@@ -312,6 +271,37 @@ TEST(Page, HoldsItsDataAsNoMarkup) {
   EXPECT_TRUE(has(page, R"({"pictures":{},"links":[]})"));
   for (const char* mark : {"@DATA@", "@FILES@", "@STYLE@", "@SCRIPTS@", "@POLICY@"})
     EXPECT_FALSE(has(page, mark)) << mark;
+}
+
+TEST(PictureError, CountsRadianceAndAlphaApart) {
+  Image a = rgba_image(4, 3, 0.5f);
+  const Image b = rgba_image(4, 3, 0.5f);
+  a.rgba()[4 * 6 + 1] += 0.25f;  // G of pixel (2, 1)
+  a.rgba()[4 * 9 + 3] -= 0.5f;   // A of pixel (1, 2)
+  const PictureError e = picture_error(a, b);
+  EXPECT_EQ(e.radiance.max, 0.25);
+  EXPECT_EQ(e.radiance.max_x, 2);
+  EXPECT_EQ(e.radiance.max_y, 1);
+  EXPECT_NEAR(e.radiance.mean, 0.25 / 36, 1e-16);
+  EXPECT_NEAR(e.radiance.rms, 0.25 / 6, 1e-16);
+  EXPECT_EQ(e.radiance.p99, 0.25);  // the 36th of 36 values
+  EXPECT_EQ(e.alpha.max, 0.5);
+  EXPECT_EQ(e.alpha.max_x, 1);
+  EXPECT_EQ(e.alpha.max_y, 2);
+  EXPECT_NEAR(e.alpha.mean, -0.5 / 12, 1e-16);
+  EXPECT_NEAR(e.rms(), compare_images(a, b).rms, 1e-16);
+}
+
+TEST(PictureError, LeavesOutWhatIsNotFinite) {
+  Image a = rgba_image(2, 2, 1);
+  a.rgba()[0] = std::numeric_limits<float>::quiet_NaN();
+  a.rgba()[7] = std::numeric_limits<float>::infinity();
+  const PictureError e = picture_error(a, rgba_image(2, 2, 0));
+  EXPECT_EQ(e.radiance.not_finite, 1u);
+  EXPECT_EQ(e.alpha.not_finite, 1u);
+  EXPECT_EQ(e.radiance.rms, 1);
+  EXPECT_EQ(e.alpha.rms, 1);
+  EXPECT_THROW(picture_error(a, rgba_image(2, 3, 0)), Error);
 }
 
 }  // namespace

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <map>
 
 #include "made_fields.h"
@@ -41,31 +40,6 @@ TEST(Suite, SaysWhatMisses) {
   result.faults = 1;
   EXPECT_EQ(result.misses().size(), 3u);
   EXPECT_EQ(result.misses().front(), "scene: midpoint uniform has order 1.50, expected 2");
-}
-
-TEST(Suite, ThinShellsAreBoundedByTheRoundingOfTheirValues) {
-  SuiteScene scene;
-  EXPECT_EQ(exact_bound(scene).rms, 2e-6);
-  scene.tent = 0.05;
-  const double wide = exact_bound(scene).rms - 2e-6;
-  scene.tent = 0.005;
-  EXPECT_NEAR(exact_bound(scene).rms - 2e-6, 10 * wide, 1e-12);
-}
-
-TEST(Suite, ExpectsTheOrdersOfTheory) {
-  SuiteScene scene;
-  const auto order = [&](Integrator rule, Sampling sampling = Sampling::uniform) {
-    return expected_order(scene, {rule, sampling});
-  };
-  EXPECT_EQ(order(Integrator::porter_duff), 2);
-  EXPECT_EQ(order(Integrator::porter_duff, Sampling::cells), 1);
-  EXPECT_EQ(order(Integrator::cell_exact, Sampling::cells), 0);
-  scene.smoothness = Smoothness::cut;
-  EXPECT_EQ(order(Integrator::porter_duff), 1);
-  EXPECT_EQ(order(Integrator::psi_balanced), 2);
-  scene.smoothness = Smoothness::jumps;
-  EXPECT_EQ(order(Integrator::psi_balanced), 1);
-  EXPECT_EQ(order(Integrator::preintegrated), 2);
 }
 
 // Where a closed form is known, the reference is within its own bound of it. Pictures hold floats:

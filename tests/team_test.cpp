@@ -3,18 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
-#include <glm/geometric.hpp>
-#include <map>
-#include <mutex>
-#include <tuple>
 
 #include "blobs_scene.h"
-#include "draw/part_marcher.h"
 #include "field/value_range.h"
 #include "field_voxels.h"
-#include "march/march_double.h"
-#include "medium/map_field.h"
 #include "medium/stored_density.h"
 #include "psivox/draw.h"
 #include "thread_team.h"
@@ -115,73 +107,6 @@ TEST(Team, LightThePictureOfOne) {
   scene.colormap = Colormap::viridis;
   scene.lights.push_back({glm::dvec3(1, 0.1, 0.2), glm::dvec3(0.2, 0.3, 0.9)});
   expect_picture_of_one(scene, {3});
-}
-
-/// Depths at voxels towards a light, by blocks' origins.
-using BlockDepths = std::map<std::array<int, 3>, std::vector<double>>;
-
-template <typename Light>
-BlockDepths depths_of(Light& marcher, const View& view, const Beam& beam,
-                      const std::vector<glm::ivec3>& blocks) {
-  BlockDepths found;
-  std::mutex finding;
-  marcher.light_depths(view)({&beam, 1}, blocks,
-                             [&](std::size_t, std::size_t block, std::span<const double> depths) {
-                               const glm::ivec3& at = blocks[block];
-                               const std::lock_guard lock(finding);
-                               found[{at.x, at.y, at.z}] = {depths.begin(), depths.end()};
-                             },
-                             {});
-  return found;
-}
-
-// A rank that asks in one order of slabs gets what others hide before them, within them and beside
-// them: along each axis, leaning, from both sides, by coarse and fine columns.
-TEST(Team, JoinTheColumnsOfALattice) {
-  Scene scene = blobs_scene();
-  scene.lights = {{glm::dvec3(0, -1, 0), glm::dvec3(1)}};
-  const View view = make_view(scene, VdbFile(scene.input));
-  const auto options = density_options(view);
-  DoubleMarcher whole;
-  const MediumAtlas atlas = build_medium_atlas(view);
-  whole.upload(atlas, Filter::exact);
-  for (const auto& [direction, spacing, most_bricks] :
-       {std::tuple(glm::dvec3(0.3, -1, -0.5), 1.0, 1000),
-        {glm::dvec3(-0.8, 0.5, 0.9), 2.0, 1000},
-        {glm::dvec3(1, 0.9, -0.2), 0.5, 1000},
-        {glm::dvec3(0.3, -1, -0.5), 4.0, 40}}) {
-    const Beam beam{glm::normalize(direction), glm::dvec3(1), {.spacing = spacing}};
-    const BlockDepths truth =
-        depths_of(whole, view, beam, visible_blocks(*view.medium.density, options));
-    double greatest = 0;
-    for (const auto& [at, depths] : truth) greatest = std::max(greatest, std::ranges::max(depths));
-    EXPECT_GT(greatest, 1);
-    for (const int count : {1, 3, 8}) {
-      const auto errors = in_team(count, [&](const std::shared_ptr<Team>& team) {
-        const auto bricks = leaf_bricks(*view.medium.density);
-        Regions parts = Regions::in_parts(bricks, std::size_t(count));
-        const Region part = parts.all()[std::size_t(team->rank())];
-        std::vector<glm::ivec3> mine;
-        for (const glm::ivec3& brick : bricks)
-          if (brick == glm::clamp(brick, part.bricks.min, part.bricks.max)) mine.push_back(brick);
-        Regions own(mine, std::size_t(most_bricks), part.bricks);
-        AtlasOptions there = options;
-        there.region = part.bricks;
-        DoubleMarcher marcher;
-        PartMarcher together(marcher, {false, std::move(parts), std::move(own)}, *team);
-        const BlockDepths joined =
-            depths_of(together, view, beam, visible_blocks(*view.medium.density, there));
-        EXPECT_FALSE(joined.empty());
-        for (const auto& [at, depths] : joined)
-          for (std::size_t i = 0; i < 512; ++i)
-            // rounded to float32, as parts, which are less
-            ASSERT_NEAR(depths[i], truth.at(at)[i], 1e-6 * greatest)
-                << at[0] << ' ' << at[1] << ' ' << at[2] << ": " << i << ", rank " << team->rank()
-                << " of " << count << ", " << spacing;
-      });
-      EXPECT_EQ(errors, std::vector<std::string>(std::size_t(count), ""));
-    }
-  }
 }
 
 // No method is chosen: the exact one keeps every tolerance.

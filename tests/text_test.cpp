@@ -4,6 +4,8 @@
 
 #include <cstdio>
 
+#include "../tools/notices.h"
+
 namespace psivox {
 namespace {
 
@@ -42,20 +44,6 @@ TEST(Text, AWordOfAShellIsThatWord) {
   }
 }
 
-TEST(Text, HtmlHasNoMarkupOfAText) {
-  EXPECT_EQ(html_text("<b a=\"x\" b='y'>&"), "&lt;b a=&quot;x&quot; b=&#39;y&#39;&gt;&amp;");
-}
-
-TEST(Text, SplitAndJoinedAreInverse) {
-  EXPECT_EQ(split(""), Items{});
-  EXPECT_EQ(split("a"), Items{"a"});
-  EXPECT_EQ(split("a,,b"), (Items{"a", "", "b"}));
-  EXPECT_EQ(split("1|2,3", '|'), (Items{"1", "2,3"}));
-  EXPECT_EQ(joined(Items{}), "");
-  EXPECT_EQ(joined(Items{"", "a", ""}), ",a,");
-  EXPECT_EQ(joined(split("x|y|z", '|'), " or "), "x or y or z");
-}
-
 TEST(Text, TheNearestNameIsTheOneMeant) {
   const Items names = {"step",           "sampling",      "segments",  "camera-position",
                        "luminance-grid", "emission-grid", "resolution"};
@@ -77,22 +65,56 @@ TEST(Text, NearNamesComeFirstAndTheRestKeepTheirOrder) {
   EXPECT_EQ(nearest_first("fla", names).front(), "flame");  // `v` is nearer by letters alone
 }
 
-TEST(Text, NumbersReadBackAsTheSameBits) {
-  for (const double value : {0.1, -1e-300, 1.0 / 3, 1e22, 0.0}) {
-    double back = 1;
-    EXPECT_TRUE(read_number(number_text(value), back));
-    EXPECT_EQ(back, value);
+// --- progress ------------------------------------------------------------------------------------
+
+TEST(ProgressMarks, LongWorkIsNeverSilentForLong) {
+  // 200 s of work, reported twice a second
+  ProgressMarks marks(10, 2, 10);
+  double last_s = 0, longest_s = 0;
+  int lines = 0;
+  for (double s = 0; s <= 200; s += 0.5) {
+    if (!marks.passes(s / 200, s)) continue;
+    longest_s = std::max(longest_s, s - last_s);
+    last_s = s;
+    ++lines;
+    if (lines == 1) {
+      EXPECT_EQ(s, 2);
+    }
   }
-  EXPECT_EQ(number_text(0.1f), "0.1");
-  int whole = 0;
-  for (const char* text : {"", "1.5", "1 ", " 1", "x", "99999999999"})
-    EXPECT_FALSE(read_number(text, whole)) << text;
+  EXPECT_LE(longest_s, 10);
+  EXPECT_LE(lines, 40);
 }
 
-TEST(Text, FormattedIsAsLongAsItMustBe) {
-  EXPECT_EQ(formatted("%.1e|%s", 0.25, std::string(2000, 'x').c_str()),
-            "2.5e-01|" + std::string(2000, 'x'));
-  EXPECT_EQ(formatted("%%"), "%");
+TEST(ProgressMarks, ShortWorkSaysNothing) {
+  ProgressMarks marks(10, 2, 10);
+  for (double s = 0; s < 2; s += 0.1) EXPECT_FALSE(marks.passes(s / 2, s));
+}
+
+TEST(ProgressMarks, WorkOfAMinuteSaysItsTenths) {
+  ProgressMarks marks(10, 2, 10);
+  int lines = 0;
+  for (int s = 0; s <= 60; ++s) lines += marks.passes(s / 60.0, s);
+  EXPECT_EQ(lines, 11);  // the first after 2 s, then tenths
+}
+
+TEST(TimeLeft, IsSaidOnceEnoughIsDone) {
+  EXPECT_EQ(TimeLeft().text(0.5, 1), "");
+  EXPECT_EQ(TimeLeft().text(0.049, 10), "") << "the first rays may be slow";
+  EXPECT_EQ(TimeLeft().text(0.05, 10), ", 3:10 left");
+  EXPECT_EQ(TimeLeft().text(0.01, 59), "");
+  EXPECT_EQ(TimeLeft().text(0.01, 100), ", 2:45:00 left");
+  EXPECT_EQ(TimeLeft().text(0.01, 86400), ", 99 days left");
+  EXPECT_EQ(TimeLeft().text(0.009, 1000), "");
+  EXPECT_EQ(TimeLeft().text(1, 1000), "");
+}
+
+TEST(TimeLeft, GoesByTheLastHalfOfTheTime) {
+  TimeLeft left;
+  std::string text;
+  for (int s = 1; s <= 10; ++s) text = left.text(0.05 * s, s);
+  EXPECT_EQ(text, ", 0:10 left");
+  for (int s = 11; s <= 150; ++s) text = left.text(0.5 + 0.001 * (s - 10), s);
+  EXPECT_EQ(text, ", 6:00 left");
 }
 
 }  // namespace

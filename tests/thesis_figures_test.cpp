@@ -9,9 +9,7 @@
 #include <cstdio>
 #include <string>
 
-#include "figure.h"
 #include "march/shader_math.h"
-#include "scene/color.h"
 #include "smooth_ray.h"
 
 namespace psivox {
@@ -34,20 +32,6 @@ Difference over_opacities(Error error) {
     }
   d.rms = std::sqrt(d.rms / (n * n));
   return d;
-}
-
-/// Draws the error: front opacity to the right, back opacity upwards, blue below 0 and red above.
-template <typename Error>
-void draw(const std::string& name, Error error) {
-  constexpr int n = 256;
-  constexpr double whole = 0.25;  // the error of full colour
-  Image image = blank_figure(n, n);
-  for (int i = 0; i < n; ++i)
-    for (int j = 0; j < n; ++j) {
-      const double e = std::clamp(error((i + 0.5) / n, (j + 0.5) / n) / whole, -1.0, 1.0);
-      put_pixel(image, i, n - 1 - j, colormap_color(Colormap::coolwarm, 0.5 + 0.5 * e));
-    }
-  write_figure(name, image);
 }
 
 /// Half a unit of the last digit quoted.
@@ -86,42 +70,12 @@ TEST(ThesisFigures, PsiOfLinearAttenuation) {
          0.0485);
 }
 
-/// alpha_zeta minus the mean opacity, over alpha_b - alpha_f, for many means (grey), and the
-/// parabola of eq. 64 (red).
-void draw_zeta() {
-  constexpr int n = 384;
-  constexpr double highest = 0.14;
-  Image image = blank_figure(n, n);
-  const auto put = [&](double difference, double value, const glm::dvec3& color) {
-    put_pixel(image, int((0.5 + 0.5 * difference) * n), int((1 - value / highest) * n), color);
-  };
-  for (int i = 0; i < 200; ++i)
-    for (int j = 0; j < 200; ++j) {
-      const double a_f = (i + 0.5) / 200, a_b = (j + 0.5) / 200;
-      const double zeta = LinearOpacity{1 - a_f, 1 - a_b}.zeta();
-      put(a_b - a_f, 1 - zeta - (a_f + a_b) / 2, glm::dvec3(0.4));
-    }
-  for (int i = 0; i < 4 * n; ++i) {
-    const double d = (i + 0.5) / (2 * n) - 1;
-    put(d, 0.108165 * d * d, {0.8, 0.02, 0.02});
-  }
-  write_figure("zeta_linear_opacity", image);
-}
-
 TEST(ThesisFigures, PsiAndZetaOfLinearOpacity) {
   const auto psi_error = [&](double weight_f) {
     return over_opacities([=](double a_f, double a_b) {
       return psi_65(a_f, a_b, 1 - weight_f) - LinearOpacity{1 - a_f, 1 - a_b}.psi();
     });
   };
-  const auto draw_psi_error = [](const std::string& name, double weight_f) {
-    draw(name, [=](double a_f, double a_b) {
-      return psi_65(a_f, a_b, 1 - weight_f) - LinearOpacity{1 - a_f, 1 - a_b}.psi();
-    });
-  };
-  draw_psi_error("psi_error_mean", 0.5);
-  draw_psi_error("psi_error_weighted", 0.73);
-  draw_zeta();
   expect("linear opacity, Psi of its mean", psi_error(0.5), 0.0591, 0.228);
   expect("linear opacity, Psi of eq. 65", psi_error(0.73), 0.0156, 0.065);
   constexpr double fitted_weight = 0.2864, fitted_bend = 0.1063;  // by least squares

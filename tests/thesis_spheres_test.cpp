@@ -1,7 +1,6 @@
 // Moreland's picture of two spheres of different colours, one behind the other, at one coarse step.
 // The better a rule interpolates luminance and attenuation together, the smaller its error.
 
-#include "figure.h"
 #include "march_cases.h"
 #include "study/suite.h"
 
@@ -21,11 +20,8 @@ TEST_F(ThesisSpheres, ErrorsFallFromAverageToLinearLuminanceToWeightedOpacity) {
   constexpr double step = 12;  // three samples per sphere
   const Image reference = render_reference(two_spheres(Integrator::average, step)).image;
   expect_content(reference);
-  write_figure("spheres_reference", reference);
   const auto error = [&](Integrator rule) {
-    const Image picture = gl_picture(two_spheres(rule, step));
-    write_figure(std::string("spheres_") + info(rule).name, picture);
-    return difference(info(rule).name, picture, reference).rms;
+    return difference(info(rule).name, gl_picture(two_spheres(rule, step)), reference).rms;
   };
   const double average = error(Integrator::average);
   const double linear = error(Integrator::linear_luminance);

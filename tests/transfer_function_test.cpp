@@ -50,24 +50,6 @@ TEST(TransferFunction, IsLinearBetweenPointsAndConstantOutside) {
   for (const TransferPoint& point : f.points()) EXPECT_EQ(f.at(point.value), point);
 }
 
-TEST(TransferFunction, HasIntervalsThatHoldTheirLowerPoint) {
-  const TransferFunction f = example();
-  ASSERT_EQ(f.points().size(), 5u);
-  EXPECT_EQ(f.interval(-1.001), -1);
-  EXPECT_EQ(f.interval(-1), 0);
-  EXPECT_EQ(f.interval(0.999), 0);
-  EXPECT_EQ(f.interval(1), 1);
-  EXPECT_EQ(f.interval(f.points()[2].value), 2);
-  EXPECT_EQ(f.interval(3.999), 3);
-  EXPECT_EQ(f.interval(4), 4);
-  EXPECT_EQ(f.interval(1e30), 4);
-  const TransferFunction constant({{2, 3, glm::dvec3(1)}});
-  EXPECT_EQ(constant.interval(1), -1);
-  EXPECT_EQ(constant.interval(2), 0);
-  EXPECT_EQ(constant.at(-5).attenuation, 3);
-  EXPECT_EQ(constant.max_attenuation(0, 5), 3);
-}
-
 TEST(TransferFunction, StoresFloatsAndWidensJumpsToOneStep) {
   const TransferFunction f({{0.1, 1, {}}, {0.3, 1, {}}, {0.3, 2, {}}, {-0.0 + 0.5, 2, {}}});
   EXPECT_EQ(f.points()[0].value, static_cast<double>(0.1f));
@@ -80,57 +62,6 @@ TEST(TransferFunction, StoresFloatsAndWidensJumpsToOneStep) {
   EXPECT_EQ(g.points()[2].value, static_cast<double>(std::nextafter(next, 2.0f)));
   EXPECT_EQ(g.points()[2].attenuation, 3);
   EXPECT_FALSE(std::signbit(TransferFunction({{-0.0, 1, {}}}).points()[0].value));
-}
-
-TEST(TransferFunction, MaximaHoldOverTheIntervalAndAreReached) {
-  const TransferFunction f = example();
-  EXPECT_EQ(f.max_attenuation(-3, -2), 0);
-  EXPECT_EQ(f.max_attenuation(-1, 0), 2);
-  EXPECT_EQ(f.max_attenuation(0, 2), 4);
-  EXPECT_EQ(f.max_attenuation(2, 2), f.at(2).attenuation);
-  EXPECT_EQ(f.max_attenuation(2, 5), f.at(2).attenuation);
-  EXPECT_EQ(f.max_color(0, 2), glm::dvec3(1, 1, 0.5));
-
-  std::mt19937_64 random(3);
-  for (int round = 0; round < 200; ++round) {
-    const TransferFunction r = random_function(random);
-    std::uniform_real_distribution<double> uniform(-2.5, 4);
-    double a = uniform(random), b = uniform(random);
-    if (a > b) std::swap(a, b);
-    const double most = r.max_attenuation(a, b);
-    const glm::dvec3 brightest = r.max_color(a, b);
-    double reached = 0;
-    for (int i = 0; i <= 1000; ++i) {
-      const TransferPoint p = r.at(a + (b - a) * i / 1000);
-      // No tolerance: the bound covers the values that `at` returns, rounding included.
-      if (p.value <= b) {
-        ASSERT_LE(p.attenuation, most);
-        for (int c = 0; c < 3; ++c) ASSERT_LE(p.color[c], brightest[c]);
-      }
-      reached = std::max(reached, p.attenuation);
-    }
-    for (const TransferPoint& p : r.points()) {
-      if (p.value >= a && p.value <= b) reached = std::max(reached, p.attenuation);
-    }
-    EXPECT_EQ(reached, most);
-  }
-}
-
-TEST(TransferFunction, AttenuationAloneLeavesOutWhatOnlyColoursNeed) {
-  std::vector<TransferPoint> points;
-  for (int k = 0; k <= 100; ++k) {
-    const double v = 0.01 * k, bend = 0.4;
-    points.push_back({v, v < bend ? 0.5 * v : 0.2 + 3 * (v - bend), glm::dvec3(v * v)});
-  }
-  const TransferFunction colored(points), alone = colored.attenuation_alone();
-  EXPECT_EQ(alone.points().size(), 3u);
-  EXPECT_FALSE(alone.has_color());
-  // points within a unit of float32 of a line were left out
-  for (double v = -0.1; v < 1.1; v += 0.0037)
-    EXPECT_NEAR(alone.at(v).attenuation, colored.at(v).attenuation, std::ldexp(2.0, -23)) << v;
-  // both ends of a jump stay
-  EXPECT_EQ(TransferFunction({{0, 0}, {1, 0}, {1, 2}, {3, 2}}).attenuation_alone().points().size(),
-            4u);
 }
 
 TEST(TransferRamps, SumUpToTheAttenuation) {

@@ -48,15 +48,6 @@ TEST(ValuePercentile, IsThatOfSortedValues) {
   EXPECT_EQ(value_percentile([](const auto&) {}, 50), 0);
 }
 
-TEST(OpacityCurve, IsLinearBetweenPointsAndConstantOutside) {
-  const OpacityCurve curve{{{0.2, 1}, {0.4, 3}, {1, 0}}};
-  EXPECT_EQ(curve.at(-1), 1);
-  EXPECT_EQ(curve.at(0.2), 1);
-  EXPECT_NEAR(curve.at(0.3), 2, 1e-15);
-  EXPECT_NEAR(curve.at(0.7), 1.5, 1e-15);
-  EXPECT_EQ(curve.at(2), 0);
-}
-
 TEST(ValueWindow, ARangeAloneWindowsTheDensity) {
   const View view = view_with({{"range", "2,6"}, {"extinction", "3"}});
   ASSERT_TRUE(view.medium.transfer);
