@@ -90,8 +90,8 @@ void expect_read_once(const std::filesystem::path& path, const Reads& reads) {
 TEST(VdbReading, EachByteIsReadAboutOnceInFewCalls) {
   if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
   const openvdb::GridCPtrVec grids{
-      ball<openvdb::FloatGrid>("density", 50), ball<openvdb::FloatGrid>("heat", 40, true),
-      ball<openvdb::Vec3SGrid>("velocity", 40), ball<openvdb::FloatGrid>("fuel", 30)};
+      ball<openvdb::FloatGrid>("density", 40), ball<openvdb::FloatGrid>("heat", 32, true),
+      ball<openvdb::Vec3SGrid>("velocity", 28), ball<openvdb::FloatGrid>("fuel", 24)};
   const auto everything = [](const VdbFile& file) {
     file.info();
     for (const std::string& name : file.names()) file.read(name);
