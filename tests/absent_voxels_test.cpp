@@ -26,7 +26,7 @@ constexpr int voxels_across = 28;
 
 /// An array of values at places from -1 to 1.
 template <typename Value>
-std::shared_ptr<const VdbFile> array_of(const Value& value) {
+std::shared_ptr<const VolumeFile> array_of(const Value& value) {
   DenseField made("values", glm::ivec3(voxels_across), 1, glm::dmat4(1));
   std::vector<float> slab;
   for (int x = 0; x < voxels_across; ++x) {
@@ -38,11 +38,11 @@ std::shared_ptr<const VdbFile> array_of(const Value& value) {
       slab.clear();
     }
   }
-  return std::make_shared<VdbFile>(std::make_shared<const Field>(made.finish()));
+  return std::make_shared<VolumeFile>(std::make_shared<const Field>(made.finish()));
 }
 
 /// All values are below 0, as decibels are; there are none beside a ball.
-std::shared_ptr<const VdbFile> decibels() {
+std::shared_ptr<const VolumeFile> decibels() {
   return array_of([](const glm::dvec3& p) {
     const double r = glm::length(p);
     return r < 0.8 ? float(-20 - 80 * r + 6 * std::sin(9 * p.x)) : no_data;
@@ -229,12 +229,12 @@ TEST(Labels, AreToldFromObjectsInBrightSurroundings) {
   std::mt19937 random(1);
   std::normal_distribution<double> noise;
   const auto ball = [](const glm::dvec3& p) { return std::exp(-6 * glm::dot(p, p)); };
-  const auto look_of = [](const std::shared_ptr<const VdbFile>& file) {
+  const auto look_of = [](const std::shared_ptr<const VolumeFile>& file) {
     Scene scene;
     scene.resolution = {48, 48};
     return with_look(scene, *file, "auto").scene;
   };
-  const auto corner_and_middle = [&](const Scene& scene, const VdbFile& file) {
+  const auto corner_and_middle = [&](const Scene& scene, const VolumeFile& file) {
     const Image image = Session(make_view(scene, file)).draw(*Gpu::renderer()).image;
     return glm::dvec2(image.rgba()[4 * (24 * 48 + 8) + 3], image.rgba()[4 * (24 * 48 + 24) + 3]);
   };

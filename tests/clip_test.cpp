@@ -81,7 +81,7 @@ TEST(Clip, MarchesAgreeWithTheReferenceInEveryMode) {
         scene.step = 1.0 / 32;
       else
         scene.segments = 32;
-      const View view = make_view(scene, VdbFile(scene.input));
+      const View view = make_view(scene, VolumeFile(scene.input));
       const Image truth = render_reference(view).image;
       expect_content(truth);
       // Steps of 1/32 of a voxel: second order, so a thousandth of the error of whole ones, which
@@ -100,7 +100,7 @@ TEST_F(ClipOnGpu, AgreesWithTheMarchInDouble) {
         Scene scene = cut_blobs(64, mode);
         scene.projection = projection;
         if (uniform) scene.step = 0.5;
-        const View view = make_view(scene, VdbFile(scene.input));
+        const View view = make_view(scene, VolumeFile(scene.input));
         const Image gpu = gl_picture(view);
         expect_content(gpu, 0.02, 1);
         // The cut is rounded to 1e-7 of a grid of 64 voxels, and the attenuation of a voxel is

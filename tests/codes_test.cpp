@@ -239,7 +239,7 @@ View of_file(bool light, TexelType texel = TexelType::automatic) {
   scene.tolerance = 1e-3;
   scene.texel = texel;
   if (light) scene.lights = {{{1, -1, 0.5}, {1, 1, 1}}};
-  return make_view(scene, read_fields(scene, VdbFile(scene.input)));
+  return make_view(scene, read_fields(scene, VolumeFile(scene.input)));
 }
 
 TEST_F(CodedMarch, ASessionForOnePictureLeavesNoValuesAndReadsThemAgain) {

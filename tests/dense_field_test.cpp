@@ -36,7 +36,7 @@ std::shared_ptr<const Field> dense_field(const glm::ivec3& shape, int channels) 
 TEST(Dense, FieldsHaveTheirArraysValues) {
   for (const int channels : {1, 3})
     for (const glm::ivec3& shape : {glm::ivec3(19, 17, 23), glm::ivec3(16, 16, 16)}) {
-      const VdbFile file(dense_field(shape, channels));
+      const VolumeFile file(dense_field(shape, channels));
       const Field field = file.read("density", {.role = GridRole::data});
       EXPECT_EQ(field.tiles.empty(), false);
       EXPECT_EQ(field.active_box, (Box{{0, 0, 0}, shape - 1}));
@@ -62,7 +62,7 @@ TEST(Dense, FieldsBelow0EndAtTheirArraysVoxels) {
     std::vector<float> slab(std::size_t(shape.x * shape.y * shape.z * channels), 0.f);
     slab[slab.size() / 2] = value;
     field.add(slab);
-    const VdbFile file(std::make_shared<const Field>(field.finish()));
+    const VolumeFile file(std::make_shared<const Field>(field.finish()));
     return file.read("density", {.role = role}).domain();
   };
   const glm::ivec3 shape(8, 9, 5);
@@ -133,12 +133,12 @@ TEST(Dense, ArraysAreReadInPlace) {
 
 TEST(Dense, BadValuesOfAnArrayAreReplacedInCopies) {
   std::weak_ptr<const void> owner;
-  const VdbFile file(held_field({8, 16, 40}, 3, {3, 2, 1, 0}, 0, owner));
+  const VolumeFile file(held_field({8, 16, 40}, 3, {3, 2, 1, 0}, 0, owner));
   const Field as_data = file.read("density", {.role = GridRole::data});
   EXPECT_TRUE(as_data.notices.empty());
   const Field light = file.read("density", {.role = GridRole::luminance});
   const Field same =
-      VdbFile(dense_field({8, 16, 40}, 3)).read("density", {.role = GridRole::luminance});
+      VolumeFile(dense_field({8, 16, 40}, 3)).read("density", {.role = GridRole::luminance});
   EXPECT_EQ(light.notices, same.notices);
   for (std::size_t n = 0; n < light.leaves.size(); ++n) {
     const OrderedValues values(light, light.leaves[n]);
@@ -150,7 +150,7 @@ TEST(Dense, BadValuesOfAnArrayAreReplacedInCopies) {
 }
 
 TEST(Dense, ValuesAreCheckedForTheirRole) {
-  const VdbFile file(dense_field({8, 16, 40}, 3));
+  const VolumeFile file(dense_field({8, 16, 40}, 3));
   EXPECT_TRUE(file.read("density", {.role = GridRole::data}).notices.empty());
   const Field light = file.read("density", {.role = GridRole::luminance});
   ASSERT_EQ(light.notices.size(), 1u);
@@ -180,9 +180,9 @@ TEST(Dense, SlabsAreThoseOfTheShape) {
 }
 
 TEST(Dense, GridsOfFilesAreGathered) {
-  const auto one = std::make_shared<VdbFile>(dense_field({16, 16, 16}, 1));
-  const auto three = std::make_shared<VdbFile>(dense_field({16, 16, 16}, 3));
-  const VdbFile both(std::vector<NamedGrid>{{"smoke", one, "density"}, {"v", three, "density"}});
+  const auto one = std::make_shared<VolumeFile>(dense_field({16, 16, 16}, 1));
+  const auto three = std::make_shared<VolumeFile>(dense_field({16, 16, 16}, 3));
+  const VolumeFile both(std::vector<NamedGrid>{{"smoke", one, "density"}, {"v", three, "density"}});
   EXPECT_EQ(both.names(), (std::vector<std::string>{"smoke", "v"}));
   EXPECT_EQ(both.channels("v"), 3);
   EXPECT_EQ(both.default_grid(), "smoke");
@@ -190,7 +190,7 @@ TEST(Dense, GridsOfFilesAreGathered) {
   EXPECT_EQ(both.info().size(), 2u);
   EXPECT_EQ(input_error([&] { both.read("smokes"); }),
             "there is no grid 'smokes'; there is 'smoke' 'v'");
-  EXPECT_THROW(VdbFile(std::vector<NamedGrid>{{"a", one, "density"}, {"a", three, "density"}}),
+  EXPECT_THROW(VolumeFile(std::vector<NamedGrid>{{"a", one, "density"}, {"a", three, "density"}}),
                Error);
 }
 

@@ -29,7 +29,7 @@ View blobs_view(bool own_luminance, glm::ivec2 resolution = {96, 96}) {
   scene.extinction = 4;
   scene.resolution = resolution;
   if (own_luminance) scene.luminance_grid = "color";
-  return make_view(scene, VdbFile(scene.input));
+  return make_view(scene, VolumeFile(scene.input));
 }
 
 Image planned(const MarchPlan& plan, const MediumAtlas& atlas) {
@@ -76,7 +76,7 @@ TEST(PlanMarch, DepthsOfAFunctionToo) {
   scene.extinction = 3.3;
   scene.resolution = {64, 64};
   for (const double tolerance : {1e-3, 1e-5})
-    kept(make_view(scene, VdbFile(scene.input)), tolerance);
+    kept(make_view(scene, VolumeFile(scene.input)), tolerance);
 }
 
 TEST(PlanMarch, ThePilotIsASmallPartOfThePicture) {
@@ -285,7 +285,7 @@ TEST(PlanMarch, FeaturesBetweenThePilotsRaysAreNotSteppedOver) {
   scene.extinction = 1;
   scene.resolution = {96, 96};
   set_parameter(scene, "opacity", "0:0,0.988:0,0.99:1,0.992:0,1:0");
-  const View view = with_tolerance(make_view(scene, VdbFile(scene.input)), 1e-2);
+  const View view = with_tolerance(make_view(scene, VolumeFile(scene.input)), 1e-2);
   const MediumAtlas atlas = build_medium_atlas(view);
   const MarchPlan plan = plan_march(view, atlas);
   EXPECT_EQ(plan.chosen.method.integrator, Integrator::cell_exact);
@@ -301,7 +301,7 @@ TEST(PlanMarch, FlamesHaveLattices) {
   scene.emission_color = EmissionColor::black_body;
   scene.emission_scale = 10;
   for (const double tolerance : {1e-2, 1e-3, 1e-4})
-    EXPECT_EQ(kept(make_view(scene, VdbFile(scene.input)), tolerance).march->view.scene.sampling,
+    EXPECT_EQ(kept(make_view(scene, VolumeFile(scene.input)), tolerance).march->view.scene.sampling,
               Sampling::uniform)
         << tolerance;
 }

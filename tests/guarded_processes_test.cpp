@@ -126,7 +126,7 @@ TEST(GuardedReading, FramesOfAFileThatIsOpenShareItsReader) {
   const int before = settled_processes();
   const auto film = file_of_frame(path + "[1]");
   ASSERT_TRUE(film);
-  const VdbFile first(path + "[0]"), last(path + "[2]");
+  const VolumeFile first(path + "[0]"), last(path + "[2]");
   EXPECT_EQ(processes_below(), before + 1);
   EXPECT_NE(first.read("image").storage, last.read("image").storage);
   EXPECT_FALSE(file_of_frame(path));
@@ -136,7 +136,7 @@ TEST(GuardedReading, AReaderEndsWithItsVdbFile) {
   // other tests may have processes in this one's group
   const int before = settled_processes();
   {
-    const VdbFile file(test::assets_dir() / "blobs.vdb");
+    const VolumeFile file(test::assets_dir() / "blobs.vdb");
     EXPECT_EQ(processes_below(), before + 1);
   }
   EXPECT_TRUE(becomes([&] { return processes_below() == before; }));
@@ -152,7 +152,7 @@ TEST(GuardedReading, TheTimeIsThatOfTheFileNotOfAnAnswer) {
   const Limits limits({.seconds = 0.5, .per_mebibyte = 0});
   const auto path =
       test::write_bytes("slow.vdb", test::file_bytes(test::assets_dir() / "blobs.vdb"));
-  const VdbFile file(path);
+  const VolumeFile file(path);
   EXPECT_NO_THROW(file.info());
   const std::string message = input_error([&] {
     for (int i = 0; i < 3; ++i) file.read("density");
@@ -172,7 +172,7 @@ TEST(GuardedReading, ThousandsOfEmptyGridsTakeTheTimeOfOneDirectory) {
   }
   openvdb::io::File(path.string()).write(grids);
   const Limits limits({.seconds = 3, .per_mebibyte = 0});
-  const VdbFile file(path);
+  const VolumeFile file(path);
   EXPECT_EQ(file.info().size(), 4000u);
   EXPECT_THROW(file.default_grid(), Error);
   int refused = 0;

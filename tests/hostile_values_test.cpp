@@ -23,7 +23,7 @@ namespace {
 constexpr float most = std::numeric_limits<float>::max();
 
 /// A ball of values up to 1 in surroundings of one value; one voxel of sixteen is one of `bad`.
-std::shared_ptr<const VdbFile> ball_with(const std::vector<float>& bad, float around) {
+std::shared_ptr<const VolumeFile> ball_with(const std::vector<float>& bad, float around) {
   constexpr int across = 10;
   std::mt19937 random(7);
   std::vector<float> values;
@@ -43,13 +43,13 @@ std::shared_ptr<const VdbFile> ball_with(const std::vector<float>& bad, float ar
     const auto size = std::ptrdiff_t(std::min(8, across - x)) * across * across;
     made.add({values.begin() + slab, values.begin() + slab + size});
   }
-  return std::make_shared<VdbFile>(std::make_shared<const Field>(made.finish()));
+  return std::make_shared<VolumeFile>(std::make_shared<const Field>(made.finish()));
 }
 
 using Settings = std::vector<Setting>;
 
 /// Draws what these settings say of a file, as `render` does.
-void expect_numbers(const VdbFile& file, const Settings& settings, Marcher& marcher) {
+void expect_numbers(const VolumeFile& file, const Settings& settings, Marcher& marcher) {
   Scene scene;
   scene.resolution = {4, 4};
   for (const Setting& setting : settings) set_parameter(scene, setting.name, setting.text);

@@ -35,7 +35,9 @@ Scene scene_of(const std::string& file) {
   return scene;
 }
 
-LookedScene auto_look(const Scene& scene) { return with_look(scene, VdbFile(scene.input), "auto"); }
+LookedScene auto_look(const Scene& scene) {
+  return with_look(scene, VolumeFile(scene.input), "auto");
+}
 
 TEST(Look, IsOpenUnlessTheSceneSaysHowTheMediumShines) {
   const auto leaves_open = [](const std::string& setting) {
@@ -156,7 +158,7 @@ TEST(Look, OfARaysIntegralIsBlackBehindIt) {
   // the look alone sets the mode and its exposure
   Scene other = scene_of(asset("blobs.vdb"));
   other.look = "xray";
-  const LookedScene chosen = with_look(other, VdbFile(other.input));
+  const LookedScene chosen = with_look(other, VolumeFile(other.input));
   EXPECT_EQ(chosen.scene.mode, Mode::xray);
   EXPECT_EQ(chosen.scene.exposure, std::nullopt);
 }
@@ -195,7 +197,7 @@ TEST(Look, ColoursOfAMapAreReachedAndNotExceeded) {
     // where the value is almost 1: colours are those of the value at the point
     set_parameter(scene, "opacity", "0:0,0.49:0,0.5:1");
     set_parameter(scene, "extinction", "100");
-    const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
+    const OpenedScene opened = open_scene(scene, VolumeFile(scene.input));
     const glm::dvec3 all = *opened.looked.scene.luminance + opened.looked.scene.lights.at(0).color;
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(all[c], 1, 1e-15) << look;
     const Image image = Session(opened.view).draw(*open_double()).image;
@@ -249,9 +251,9 @@ TEST(Look, SetsNothingUnlessAskedTo) {
   scene.look = "smoke";
   scene.extinction = 2;
   EXPECT_EQ(auto_look(scene).scene.extinction, 2);
-  EXPECT_TRUE(with_look(scene, VdbFile(scene.input)).scene.background);
-  EXPECT_FALSE(with_look(scene, VdbFile(scene.input), "plain", false).scene.background);
-  const LookedScene plain = with_look(scene_of(asset("ramp.vdb")), VdbFile(asset("ramp.vdb")));
+  EXPECT_TRUE(with_look(scene, VolumeFile(scene.input)).scene.background);
+  EXPECT_FALSE(with_look(scene, VolumeFile(scene.input), "plain", false).scene.background);
+  const LookedScene plain = with_look(scene_of(asset("ramp.vdb")), VolumeFile(asset("ramp.vdb")));
   EXPECT_EQ(plain.look, "plain");
   EXPECT_TRUE(plain.settings.empty());
 }
@@ -269,7 +271,7 @@ std::shared_ptr<const Field> ball(const glm::ivec3& origin, bool tiles) {
 
 /// The scene of a field alone, in its look.
 Scene chosen(const std::shared_ptr<const Field>& field) {
-  const VdbFile file(field);
+  const VolumeFile file(field);
   LookedScene looked = with_look({}, file, "auto");
   return make_view(looked.scene, looked.fields).scene;
 }
@@ -301,12 +303,12 @@ TEST(Look, StudiosHaveTheirOwn) {
   ::setenv("PSIVOX_LOOKS", ("/nowhere:" + folder.string()).c_str(), 1);
   Scene scene = scene_of(asset("ramp.vdb"));
   scene.look = "ours";
-  EXPECT_EQ(with_look(scene, VdbFile(scene.input)).scene.luminance, glm::dvec3(1, 0, 0));
+  EXPECT_EQ(with_look(scene, VolumeFile(scene.input)).scene.luminance, glm::dvec3(1, 0, 0));
   scene.look = (folder / "ours.json").string();
-  EXPECT_EQ(with_look(scene, VdbFile(scene.input)).scene.luminance, glm::dvec3(1, 0, 0));
+  EXPECT_EQ(with_look(scene, VolumeFile(scene.input)).scene.luminance, glm::dvec3(1, 0, 0));
   const auto refusal = [&](const char* look) {
     scene.look = look;
-    return usage_error([&] { with_look(scene, VdbFile(scene.input)); });
+    return usage_error([&] { with_look(scene, VolumeFile(scene.input)); });
   };
   EXPECT_TRUE(has(refusal("bad"), "luminence"));
   EXPECT_TRUE(has(refusal("worse"), "everything"));

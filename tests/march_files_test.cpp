@@ -25,7 +25,7 @@ class MarchFiles : public GpuTest {
     static std::map<std::string, std::shared_ptr<const Field>> fields;
     auto& slot = fields[name];
     if (!slot) {
-      const VdbFile file(shared_data() / (name + ".vdb"));
+      const VolumeFile file(shared_data() / (name + ".vdb"));
       slot = share(file.read(file.default_grid()));
     }
     return slot;

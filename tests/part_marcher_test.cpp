@@ -28,7 +28,7 @@ using InParts = GpuTest;
 double difference(Scene scene, std::uint64_t limit, bool from_file = true) {
   const Image whole = Session(scene).draw(*Gpu::renderer()).image;
   scene.memory_limit = limit;
-  Session session = from_file ? Session(scene) : Session(make_view(scene, VdbFile(scene.input)));
+  Session session = from_file ? Session(scene) : Session(make_view(scene, VolumeFile(scene.input)));
   EXPECT_EQ(session.view().medium.density->reader != nullptr, from_file);
   const Drawn drawn = session.draw(*Gpu::renderer());
   EXPECT_EQ(drawn.notices.size(), 1u) << "drawn whole";

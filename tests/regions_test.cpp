@@ -212,7 +212,7 @@ TEST(CoarseField, OfAnArrayThatEndsHasTheMeansOfItsVoxels) {
   DenseField made("air", shape, 1, glm::dmat4(1));
   for (int x = 0; x < shape.x; x += 8)
     made.add(std::vector<float>(std::size_t(std::min(8, shape.x - x) * shape.y * shape.z), -1000));
-  const VdbFile file(std::make_shared<const Field>(made.finish()));
+  const VolumeFile file(std::make_shared<const Field>(made.finish()));
   const Field air = file.read("air", {.role = GridRole::data});
   for (const CoarseValue what : {CoarseValue::mean, CoarseValue::sample})
     for (const int times : {1, 2}) {

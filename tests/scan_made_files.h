@@ -137,7 +137,7 @@ inline std::string refusal_of(const fs::path& path) {
     return reader->read(reader->facts().grids.at(0).name, {.role = GridRole::data});
   });
   const std::string there = read([&] {
-    const VdbFile file(path);
+    const VolumeFile file(path);
     return file.read(file.names().at(0), {.role = GridRole::data});
   });
   EXPECT_EQ(here.empty(), there.empty()) << here << there;

@@ -31,7 +31,7 @@ float value_at(const Field& field, const glm::ivec3& v, int c) {
   return 0;
 }
 
-void expect_made(const VdbFile& file, const std::string& grid, int channels = 1, int frame = 0,
+void expect_made(const VolumeFile& file, const std::string& grid, int channels = 1, int frame = 0,
                  double slope = 1, double intercept = 0) {
   const Field field = file.read(grid, {.role = GridRole::data});
   ASSERT_EQ(field.channels, channels);
@@ -51,7 +51,7 @@ void expect_nifti_type(int datatype, const std::string& type) {
       for (const bool packed : {false, true}) {
         std::string bytes = nifti_header(second, big, datatype, dims()) + values_of_type<T>(big);
         if (packed) bytes = gzipped(bytes);
-        const VdbFile file(test::write_bytes("type.nii", bytes));
+        const VolumeFile file(test::write_bytes("type.nii", bytes));
         EXPECT_EQ(file.names(), std::vector<std::string>{"image"});
         EXPECT_EQ(file.value_type("image"), type);
         expect_made(file, "image");
@@ -73,9 +73,9 @@ TEST(Nifti, EveryTypeAndByteOrderIsRead) {
 }
 
 TEST(Nifti, FramesAreGridsInTheirOrderAndInAnyOther) {
-  const VdbFile file(test::write_bytes("frames.nii.gz",
-                                       gzipped(nifti_header(false, false, 4, dims({3})) +
-                                               values_of_type<std::int16_t>(false, 1, false, 3))));
+  const VolumeFile file(test::write_bytes(
+      "frames.nii.gz", gzipped(nifti_header(false, false, 4, dims({3})) +
+                               values_of_type<std::int16_t>(false, 1, false, 3))));
   EXPECT_EQ(file.names(), (std::vector<std::string>{"image[0]", "image[1]", "image[2]"}));
   for (const int frame : {0, 2, 1})
     expect_made(file, "image[" + std::to_string(frame) + "]", 1, frame);
@@ -88,14 +88,14 @@ TEST(Nifti, FramesAreGridsInTheirOrderAndInAnyOther) {
 
 TEST(Nifti, ColoursAndVectorsHaveThreeChannels) {
   expect_made(
-      VdbFile(test::write_bytes("rgb.nii", nifti_header(false, false, 128, dims()) +
-                                               values_of_type<std::uint8_t>(false, 3, true))),
+      VolumeFile(test::write_bytes("rgb.nii", nifti_header(false, false, 128, dims()) +
+                                                  values_of_type<std::uint8_t>(false, 3, true))),
       "rgb", 3);
   for (const bool packed : {false, true}) {
     const std::string bytes =
         nifti_header(false, true, 16, dims({1, 3})) + values_of_type<float>(true, 3);
-    expect_made(VdbFile(test::write_bytes("vectors.nii", packed ? gzipped(bytes) : bytes)), "image",
-                3);
+    expect_made(VolumeFile(test::write_bytes("vectors.nii", packed ? gzipped(bytes) : bytes)),
+                "image", 3);
   }
 }
 
@@ -104,7 +104,8 @@ TEST(Nifti, SlopeAndInterceptScaleUnlessTheSlopeIs0) {
     std::string bytes = nifti_header(false, false, 2, dims());
     put(bytes, 112, slope, false);
     put(bytes, 116, -8.0f, false);
-    const VdbFile file(test::write_bytes("slope.nii", bytes + values_of_type<std::uint8_t>(false)));
+    const VolumeFile file(
+        test::write_bytes("slope.nii", bytes + values_of_type<std::uint8_t>(false)));
     expect_made(file, "image", 1, 0, slope == 0 ? 1 : double(slope), slope == 0 ? 0 : -8);
   }
 }
@@ -114,7 +115,7 @@ glm::dmat4 transform_of(const std::function<void(std::string&)>& change) {
   std::string bytes = nifti_header(false, false, 2, dims());
   put<std::int16_t>(bytes, 254, 0, false);  // no sform
   change(bytes);
-  return VdbFile(test::write_bytes("place.nii", bytes + values_of_type<std::uint8_t>(false)))
+  return VolumeFile(test::write_bytes("place.nii", bytes + values_of_type<std::uint8_t>(false)))
       .read("image")
       .world_from_index;
 }
@@ -147,7 +148,7 @@ TEST(Nifti, AnSformThatIsEmptyDoesNotCount) {
     put<std::int16_t>(bytes, 252, qform, false);
     put(bytes, 268, 7.0f, false);
     const Field field =
-        VdbFile(test::write_bytes("empty.nii", bytes + values_of_type<std::uint8_t>(false)))
+        VolumeFile(test::write_bytes("empty.nii", bytes + values_of_type<std::uint8_t>(false)))
             .read("image");
     EXPECT_EQ(field.world_from_index[1], glm::dvec4(0, 2, 0, 0));
     EXPECT_EQ(field.world_from_index[3].x, qform ? 7 : 5);
@@ -164,7 +165,7 @@ TEST(Nifti, APairIsReadByItsHeader) {
   fs::remove(fs::path(path).replace_extension(".img"));
   EXPECT_TRUE(has(refusal_of(path), "pair.img: no such file"));
   test::write_bytes("pair.img", values_of_type<std::int16_t>(false));
-  expect_made(VdbFile(path), "image");
+  expect_made(VolumeFile(path), "image");
 }
 
 template <typename T>
@@ -175,7 +176,7 @@ void expect_nrrd_type(const std::string& type) {
           nrrd(type, std::string("endian: ") + (big ? "big" : "little") +
                          (packed ? "\nencoding: gzip\n\n" : "\nencoding: raw\n\n"));
       const std::string values = values_of_type<T>(big);
-      const VdbFile file(
+      const VolumeFile file(
           test::write_bytes("type.nrrd", head + (packed ? gzipped(values) : values)));
       expect_made(file, "image");
       EXPECT_EQ(file.read("image").world_from_index, made_affine);
@@ -204,40 +205,40 @@ TEST(Nrrd, TextAndHexAreRead) {
     hex += {digits[c >> 4], digits[c & 15]};
     if (hex.size() % 70 == 0) hex += '\n';
   }
-  expect_made(VdbFile(test::write_bytes("t.nrrd", nrrd("uchar", "encoding: ascii\n\n") + text)),
+  expect_made(VolumeFile(test::write_bytes("t.nrrd", nrrd("uchar", "encoding: ascii\n\n") + text)),
               "image");
-  expect_made(VdbFile(test::write_bytes("h.nrrd", nrrd("uchar", "encoding: hex\n\n") + hex)),
+  expect_made(VolumeFile(test::write_bytes("h.nrrd", nrrd("uchar", "encoding: hex\n\n") + hex)),
               "image");
   // skipped bytes are those of the file, not of the values
   const std::string skip = nrrd("uchar", "encoding: hex\nbyte skip: 500\n\n");
   std::erase(hex, '\n');
-  expect_made(VdbFile(test::write_bytes("s.nrrd", skip + std::string(500, '?') + hex)), "image");
+  expect_made(VolumeFile(test::write_bytes("s.nrrd", skip + std::string(500, '?') + hex)), "image");
 }
 
 TEST(Nrrd, ValuesBesideTheHeaderAreReadWithSkips) {
   const std::string values = values_of_type<std::uint8_t>(false);
   test::write_bytes("below/a.raw", "one\ntwo\nxyz" + values);
   const std::string data = "data file: below/a.raw";
-  expect_made(VdbFile(test::write_bytes("a.nhdr", nrrd("uchar",
-                                                       "encoding: raw\nline skip: 2\nbyte skip: "
-                                                       "3\n" +
-                                                           data))),
+  expect_made(VolumeFile(test::write_bytes("a.nhdr", nrrd("uchar",
+                                                          "encoding: raw\nline skip: 2\nbyte skip: "
+                                                          "3\n" +
+                                                              data))),
               "image");
-  expect_made(VdbFile(test::write_bytes(
+  expect_made(VolumeFile(test::write_bytes(
                   "b.nhdr", nrrd("uchar", "encoding: raw\nbyte skip: -1\n" + data + "\n"))),
               "image");
   test::write_bytes("below/a.gz", "one\n" + gzipped("xyz" + values));
-  expect_made(VdbFile(test::write_bytes("c.nhdr", nrrd("uchar",
-                                                       "data file: below/a.gz\nencoding: gz\n"
-                                                       "line skip: 1\nbyte skip: 3\n"))),
+  expect_made(VolumeFile(test::write_bytes("c.nhdr", nrrd("uchar",
+                                                          "data file: below/a.gz\nencoding: gz\n"
+                                                          "line skip: 1\nbyte skip: 3\n"))),
               "image");
   test::write_bytes("below/b.gz", gzipped("any header" + values));
-  expect_made(VdbFile(test::write_bytes(
+  expect_made(VolumeFile(test::write_bytes(
                   "d.nhdr", nrrd("uchar", "data file: below/b.gz\nencoding: gz\nbyte skip: -1\n"))),
               "image");
   test::write_bytes("below/c.gz", gzipped(values.substr(1)));
   EXPECT_THROW(
-      VdbFile(test::write_bytes(
+      VolumeFile(test::write_bytes(
           "e.nhdr", nrrd("uchar", "data file: below/c.gz\nencoding: gz\nbyte skip: -1\n"))),
       Error);
 }
@@ -247,16 +248,16 @@ TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {
     return "NRRD0005\ntype: uint8\ndimension: 4\nsizes: " + sizes + "\nkinds: " + kinds +
            "\nencoding: raw\n\n";
   };
-  expect_made(VdbFile(test::write_bytes("rgb.nrrd",
-                                        with_axes("3 11 9 10", "RGB-color domain domain domain") +
-                                            values_of_type<std::uint8_t>(false, 3, true))),
+  expect_made(VolumeFile(test::write_bytes(
+                  "rgb.nrrd", with_axes("3 11 9 10", "RGB-color domain domain domain") +
+                                  values_of_type<std::uint8_t>(false, 3, true))),
               "rgb", 3);
-  expect_made(VdbFile(test::write_bytes("planar.nrrd",
-                                        with_axes("11 9 10 3", "domain domain domain 3-vector") +
-                                            values_of_type<std::uint8_t>(false, 3))),
+  expect_made(VolumeFile(test::write_bytes("planar.nrrd",
+                                           with_axes("11 9 10 3", "domain domain domain 3-vector") +
+                                               values_of_type<std::uint8_t>(false, 3))),
               "image", 3);
   // a list of three channels, the fastest axis: frames within a plane
-  const VdbFile list(
+  const VolumeFile list(
       test::write_bytes("list.nrrd", with_axes("3 11 9 10", "list space space space") +
                                          values_of_type<std::uint8_t>(false, 3, true)));
   ASSERT_EQ(list.names().size(), 3u);
@@ -264,14 +265,15 @@ TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {
   EXPECT_EQ(value_at(second, {5, 4, 9}, 0), float(stored_value({5, 4, 9}, 1, 0)));
   // one slice, of the same values: the channels lie a plane apart
   const Field slice =
-      VdbFile(test::write_bytes("slice.nrrd", with_axes("11 90 1 3", "space space space vector") +
-                                                  values_of_type<std::uint8_t>(false, 3)))
+      VolumeFile(
+          test::write_bytes("slice.nrrd", with_axes("11 90 1 3", "space space space vector") +
+                                              values_of_type<std::uint8_t>(false, 3)))
           .read("image", {.role = GridRole::data});
   for (int c = 0; c < 3; ++c)
     EXPECT_EQ(value_at(slice, {5, 9 * 4 + 7, 0}, c), float(stored_value({5, 7, 4}, c, 0)));
   // kinds by their other names; a colour that is not red, green and blue is a list
   for (const auto& [kind, grids] : {std::pair("RGB", 1u), std::pair("HSV-color", 3u)}) {
-    const VdbFile file(test::write_bytes(
+    const VolumeFile file(test::write_bytes(
         "kind.nrrd", with_axes("3 11 9 10", kind + std::string(" space space space")) +
                          values_of_type<std::uint8_t>(false, 3, true)));
     EXPECT_EQ(file.names().size(), grids) << kind;
@@ -282,7 +284,7 @@ TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {
 TEST(Nrrd, AFirstAxisOfBytesWithoutAKindHasColours) {
   for (const auto& [type, size, name] :
        {std::tuple("uint8", 3, "rgb"), {"uint8", 4, "rgb"}, {"int8", 3, "image"}}) {
-    const VdbFile file(test::write_bytes(
+    const VolumeFile file(test::write_bytes(
         "bare.nrrd",
         "NRRD0005\ntype: " + std::string(type) + "\ndimension: 4\nsizes: " + std::to_string(size) +
             " 11 9 10\nencoding: raw\n\n" + values_of_type<std::uint8_t>(false, size, true)));
@@ -299,7 +301,7 @@ TEST(Nrrd, ATimeAxisHasFrames) {
       "space: LPS\nspace directions: (1,0,0) (0,2,0) (0,0,3) (nan,nan,nan)\n"
       "space origin: (4,5,6)\n"};
   for (const std::string& field : fields) {
-    const VdbFile file(test::write_bytes(
+    const VolumeFile file(test::write_bytes(
         "time.nrrd", "NRRD0005\ntype: uint8\ndimension: 4\nsizes: 11 9 10 2\nencoding: raw\n" +
                          field + "\n" + values_of_type<std::uint8_t>(false, 1, false, 2)));
     ASSERT_EQ(file.names().size(), 2u) << field;
@@ -318,7 +320,7 @@ TEST(Nrrd, ASpaceHasSeveralNames) {
                                                     {"scanner-xyz-time", {1, 1}},
                                                     {"3D-left-handed", {1, 1}}};
   for (const auto& [name, signs] : all) {
-    const VdbFile file(test::write_bytes(
+    const VolumeFile file(test::write_bytes(
         "space.nrrd",
         "NRRD0004\ntype: uint8\ndimension: 3\nsizes: 11 9 10\nencoding: raw\nspace: " +
             std::string(name) + "\nspace directions: (1,0,0) (0,1,0) (0,0,1)\n\n" +
@@ -331,7 +333,7 @@ TEST(Nrrd, ASpaceHasSeveralNames) {
 
 TEST(Nrrd, WithoutASpaceItHasItsSpacings) {
   const std::string head = "NRRD0001\ntype: uint8\ndimension: 3\nsizes: 11 9 10\nencoding: raw\n";
-  const VdbFile file(
+  const VolumeFile file(
       test::write_bytes("s.nrrd", head +
                                       "spacings: 1 2 nan\naxis mins: 5 nan 0\n"
                                       "centers: cell node ???\naxis maxs: 9 9 30\n\n" +
@@ -340,7 +342,7 @@ TEST(Nrrd, WithoutASpaceItHasItsSpacings) {
   EXPECT_EQ(file.read("image").world_from_index,
             (glm::dmat4{{1, 0, 0, 0}, {0, 2, 0, 0}, {0, 0, 3, 0}, {5.5, 0, 1.5, 1}}));
   // directions of which none is one say nothing either
-  const VdbFile undirected(test::write_bytes(
+  const VolumeFile undirected(test::write_bytes(
       "u.nrrd", head +
                     "space: RAS\nspace directions: none none none\nkinds: space space space\n"
                     "spacings: 2 2 5\nspace origin: (10,12,100)\n\n" +

@@ -140,7 +140,7 @@ TEST(SequenceScene, LeavesNothingToChoose) {
   for (const char* look : {"plain", "auto"}) {
     const SequenceScene sequence = resolve_sequence({}, files.paths, look);
     for (const std::string& path : files.paths) {
-      const VdbFile file(path);
+      const VolumeFile file(path);
       Scene frame = frame_scene(sequence, file, path);
       Scene resolved = make_view(frame, file).scene;
       EXPECT_EQ(to_json(resolved), to_json(frame)) << look << ", " << path;
@@ -153,7 +153,7 @@ TEST(SequenceScene, HasTheLeastExtinctionAndFramesAll) {
   const SequenceScene sequence = resolve_sequence({}, files.paths);
   double least = 1e30;
   for (const std::string& path : files.paths) {
-    const View own = make_view(Scene{}, VdbFile(path));
+    const View own = make_view(Scene{}, VolumeFile(path));
     least = std::min(least, *own.scene.extinction);
     // the common camera has a wide enough view of each subject
     const Camera camera = make_camera(sequence.scene, *own.subject);
@@ -173,7 +173,7 @@ TEST(SequenceScene, OfOneFileRepeatedIsSeenAsThatFileAlone) {
                                        folder.file("a.3.vdb", "blobs")};
   for (const char* look : {"plain", "auto"}) {
     const SequenceScene film = resolve_sequence({}, paths, look);
-    const Camera alone = open_scene({}, VdbFile(paths[0]), {.open_look = look}).view.camera;
+    const Camera alone = open_scene({}, VolumeFile(paths[0]), {.open_look = look}).view.camera;
     const Camera camera = make_camera(film.scene, *film.subject);
     EXPECT_LT(glm::length(camera.position - alone.position), 1e-9) << look;
     EXPECT_LT(glm::length(camera.target - alone.target), 1e-9) << look;
@@ -201,10 +201,10 @@ TEST(SequenceScene, GoesWithoutTheLooksGridsWhereAFrameLacksThem) {
                                        folder.file("a.2.vdb", "slab")};
   const SequenceScene sequence = resolve_sequence({}, std::span(paths).first(1), "auto");
   EXPECT_EQ(sequence.chosen_grids, (std::vector<std::string>{"emission-grid", "albedo-grid"}));
-  const Scene burning = frame_scene(sequence, VdbFile(paths[0]), paths[0]);
+  const Scene burning = frame_scene(sequence, VolumeFile(paths[0]), paths[0]);
   EXPECT_EQ(burning.emission_grid, "temperature");
   EXPECT_EQ(burning.albedo_grid, "color");
-  const Scene plain = frame_scene(sequence, VdbFile(paths[1]), paths[1]);
+  const Scene plain = frame_scene(sequence, VolumeFile(paths[1]), paths[1]);
   EXPECT_EQ(plain.emission_grid, "");
   EXPECT_EQ(plain.albedo_grid, "");
 
@@ -222,8 +222,8 @@ TEST(SequenceScene, GoesWithoutNamedGridsWhereAFrameLacksThemButNotAll) {
   scene.exposure.reset();  // auto reads every sample
   const SequenceScene sequence = resolve_sequence(scene, paths);
   EXPECT_EQ(sequence.scene.emission_grid, "temperature");
-  EXPECT_EQ(frame_scene(sequence, VdbFile(paths[0]), paths[0]).emission_grid, "");
-  EXPECT_EQ(frame_scene(sequence, VdbFile(paths[1]), paths[1]).emission_grid, "temperature");
+  EXPECT_EQ(frame_scene(sequence, VolumeFile(paths[0]), paths[0]).emission_grid, "");
+  EXPECT_EQ(frame_scene(sequence, VolumeFile(paths[1]), paths[1]).emission_grid, "temperature");
   EXPECT_THROW(resolve_sequence(scene, std::span(paths).first(1)), Error);
 }
 
@@ -239,7 +239,7 @@ TEST(SequenceScene, HasTheFilesOfAFrameAsFurtherVolumes) {
   const SequenceScene sequence = resolve_sequence(scene, paths);
   ASSERT_EQ(sequence.scene.volumes.size(), 1u);
   EXPECT_EQ(sequence.scene.volumes[0].find(pattern + " scale=0.5"), 0u);
-  const Scene second = frame_scene(sequence, VdbFile(paths[1]), paths[1]);
+  const Scene second = frame_scene(sequence, VolumeFile(paths[1]), paths[1]);
   EXPECT_EQ(second.volumes[0].find(folder.path("b.2.vdb") + " scale=0.5"), 0u);
 }
 

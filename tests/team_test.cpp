@@ -158,8 +158,8 @@ TEST(Team, LightWithinATolerance) {
 // of its voxels.
 TEST(Team, ChooseByAnOverview) {
   const std::string path = blobs_scene().input;
-  const Field whole = VdbFile(path).read("density");
-  const Field stored = VdbFile(path).read("density", {.in_file = true});
+  const Field whole = VolumeFile(path).read("density");
+  const Field stored = VolumeFile(path).read("density", {.in_file = true});
   ASSERT_TRUE(stored.reader);
   const Field same = overview_of(stored, Centering::node, 0);
   ASSERT_EQ(same.leaves.size(), whole.leaves.size());

@@ -29,9 +29,9 @@ TEST(VdbContent, AGridHoldsSomethingIfAnActiveValueIsNot0) {
   off->tree().setValueOff(Coord(1, 0, 0), 7.0f);
   off->tree().addTile(1, Coord(64, 0, 0), 7.0f, false);
   const auto vectors = voxel<openvdb::Vec3SGrid>("vectors", openvdb::Vec3f(0, 0, 1));
-  const VdbFile file(write_vdb({late, tile, off, vectors, named<FloatGrid>("empty"),
-                                voxels("zeros", 0, 5000), voxels("again", 1), voxels("again", 0),
-                                voxels("nan", std::numeric_limits<float>::quiet_NaN())}));
+  const VolumeFile file(write_vdb({late, tile, off, vectors, named<FloatGrid>("empty"),
+                                   voxels("zeros", 0, 5000), voxels("again", 1), voxels("again", 0),
+                                   voxels("nan", std::numeric_limits<float>::quiet_NaN())}));
   for (const char* name : {"late", "tile", "vectors", "again", "again[0]"})
     EXPECT_TRUE(file.holds_something(name)) << name;
   EXPECT_EQ(file.content("late").active_voxels, 100u);
@@ -46,7 +46,7 @@ TEST(VdbContent, AGridHoldsSomethingIfAnActiveValueIsNot0) {
 TEST(VdbContent, AFirstValueIsEnough) {
   if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
   const auto path = written({ball<FloatGrid>("density", 60)}, openvdb::io::COMPRESS_ACTIVE_MASK);
-  const Reads reads = reads_of(path, [](const VdbFile& file) {
+  const Reads reads = reads_of(path, [](const VolumeFile& file) {
     EXPECT_TRUE(file.holds_something("density"));
     EXPECT_TRUE(file.holds_something("density"));
   });
@@ -57,9 +57,9 @@ TEST(VdbContent, IsKnownOfGridsInMemory) {
   const auto file_of = [](float value) {
     DenseField dense("a", {8, 8, 8}, 1, glm::dmat4(1));
     dense.add(std::vector<float>(512, value));
-    return std::make_shared<VdbFile>(std::make_shared<const Field>(dense.finish()));
+    return std::make_shared<VolumeFile>(std::make_shared<const Field>(dense.finish()));
   };
-  const VdbFile both({{"some", file_of(2), "a"}, {"none", file_of(0), "a"}});
+  const VolumeFile both({{"some", file_of(2), "a"}, {"none", file_of(0), "a"}});
   EXPECT_TRUE(both.holds_something("some"));
   EXPECT_EQ(both.content("some").active_voxels, 512u);
   EXPECT_EQ(both.content("none").nothing, "has no active voxel");
@@ -67,7 +67,7 @@ TEST(VdbContent, IsKnownOfGridsInMemory) {
 
 /// The grid that is drawn of these.
 std::string chosen(const openvdb::GridCPtrVec& grids) {
-  return VdbFile(write_vdb(grids)).default_grid();
+  return VolumeFile(write_vdb(grids)).default_grid();
 }
 
 openvdb::Vec3SGrid::Ptr vectors(const std::string& name) {
@@ -97,7 +97,7 @@ TEST(VdbChoice, NamesMayHaveAnyCaseAndOtherWordsBefore) {
     EXPECT_EQ(chosen({many("other"), many("Temperature"), few(name)}), name);
   EXPECT_EQ(chosen({many("fuel_density"), few("density")}), "density") << "a whole name";
   EXPECT_EQ(chosen({many("densitometry"), few("b_heat")}), "b_heat");
-  const VdbFile file(write_vdb({many("Flames"), many("voxel_temperature"), vectors("CD")}));
+  const VolumeFile file(write_vdb({many("Flames"), many("voxel_temperature"), vectors("CD")}));
   EXPECT_EQ(grid_saying(file, "flame", 1), "Flames");
   EXPECT_EQ(grid_saying(file, "temperature", 1), "voxel_temperature");
   EXPECT_EQ(grid_saying(file, "cd", 3), "CD");
@@ -112,7 +112,7 @@ TEST(VdbChoice, ThreeComponentsAreOneVector) {
     parts.back()->tree().setValue(Coord(20, 0, 0), float(-c));
   }
   const auto path = write_vdb({parts[0], parts[1], parts[2]});
-  const VdbFile file(path);
+  const VolumeFile file(path);
   EXPECT_EQ(file.names(), std::vector<std::string>{"vel"});
   EXPECT_EQ(file.default_grid(), "vel");
   EXPECT_EQ(file.channels("vel"), 3);
@@ -127,11 +127,11 @@ TEST(VdbChoice, ThreeComponentsAreOneVector) {
 
   parts[2]->setTransform(openvdb::math::Transform::createLinearTransform(0.5));
   EXPECT_TRUE(has(input_error([&] {
-                    VdbFile(write_vdb({parts[0], parts[1], parts[2]})).read("vel");
+                    VolumeFile(write_vdb({parts[0], parts[1], parts[2]})).read("vel");
                   }),
                   "different lattices"));
   const auto own = named<FloatGrid>("vel");
-  EXPECT_EQ(VdbFile(write_vdb({parts[0], parts[1], parts[2], own})).names().size(), 4u);
+  EXPECT_EQ(VolumeFile(write_vdb({parts[0], parts[1], parts[2], own})).names().size(), 4u);
 }
 
 TEST(VdbChoice, GridsOfASolverAreNotDrawnBesideADensity) {
@@ -145,8 +145,8 @@ TEST(VdbChoice, GridsOfASolverAreNotDrawnBesideADensity) {
   auto density = named<FloatGrid>("density");
   density->insertMeta("file_base_resolution", openvdb::Vec3IMetadata({64, 64, 64}));
   const std::string path = write_vdb({density, vectors("velocity"), many("shadow")});
-  EXPECT_EQ(VdbFile(path).default_grid(), "density");
-  const OpenedScene opened = open_scene({}, VdbFile(path));
+  EXPECT_EQ(VolumeFile(path).default_grid(), "density");
+  const OpenedScene opened = open_scene({}, VolumeFile(path));
   EXPECT_EQ(opened.view.medium.density->active_voxels, 0u);
   const Image image = Session(opened.view).draw(*open_double()).image;
   EXPECT_EQ(blank_reason(opened.view, image),
@@ -157,7 +157,7 @@ TEST(VdbChoice, AGridThatHoldsNothingDoesNotCount) {
   EXPECT_EQ(chosen({voxels("density", 0), voxels("heat", 0, 5), vectors("v")}), "v");
   EXPECT_EQ(chosen({voxels("a", 1), voxels("density", 0), named<FloatGrid>("flame")}), "a");
   EXPECT_EQ(chosen({named<FloatGrid>("density")}), "density");  // reading it says what is wrong
-  const VdbFile nothing(write_vdb({voxels("density", 0), named<FloatGrid>("flame")}));
+  const VolumeFile nothing(write_vdb({voxels("density", 0), named<FloatGrid>("flame")}));
   EXPECT_TRUE(has(input_error([&] { nothing.default_grid(); }),
                   "has nothing to draw: grid 'density' is 0 everywhere; grid 'flame' has no"
                   " active voxel"));
@@ -169,7 +169,7 @@ TEST(VdbChoice, IsSaidWhereItWasNotObvious) {
   const auto notices = [](const openvdb::GridCPtrVec& grids, const std::string& grid) {
     Scene scene;
     scene.grid = grid;
-    return read_fields(scene, VdbFile(write_vdb(grids))).density->notices;
+    return read_fields(scene, VolumeFile(write_vdb(grids))).density->notices;
   };
   const openvdb::GridCPtrVec three{voxels("b", 1), voxels("heat", 1), voxels("c", 1)};
   EXPECT_EQ(notices(three, ""), Notices{"grid 'heat' of 3; --grid NAME chooses another"});

@@ -25,7 +25,7 @@ using test::written_nano;
 std::string error_of(const std::string& bytes, const std::string& name) {
   const auto path = test::write_bytes(name, bytes);
   try {
-    const VdbFile file(path);
+    const VolumeFile file(path);
     for (const std::string& grid : file.names()) file.read(grid);
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::input) << error.what();
@@ -200,7 +200,7 @@ TEST(LyingFile, AFileThatLiesIsAnErrorThatNamesIt) {
   for (const auto& [what, bytes] : lies) {
     SCOPED_TRACE(what);
     const auto path = test::write_bytes("lie.vdb", bytes);
-    const std::string message = input_error([&] { VdbFile(path).read("density"); });
+    const std::string message = input_error([&] { VolumeFile(path).read("density"); });
     EXPECT_EQ(message.find(path.string() + ":"), 0u) << message;
   }
 }
@@ -208,8 +208,8 @@ TEST(LyingFile, AFileThatLiesIsAnErrorThatNamesIt) {
 TEST(LyingFile, AFileOfALaterVersionIsReadAsFarAsItCanBe) {
   const std::string good = test::file_bytes(true_file());
   const auto path = test::write_bytes("later.vdb", with(good, at::version, 1000u));
-  EXPECT_TRUE(test::same(VdbFile(path).read("density").leaves,
-                         VdbFile(true_file()).read("density").leaves, 1));
+  EXPECT_TRUE(test::same(VolumeFile(path).read("density").leaves,
+                         VolumeFile(true_file()).read("density").leaves, 1));
 }
 
 TEST(LyingFile, TheDirectoryTellsWhetherValuesAreHalves) {
@@ -222,8 +222,8 @@ TEST(LyingFile, TheDirectoryTellsWhetherValuesAreHalves) {
   ASSERT_LT(value, bytes.size());
   ASSERT_EQ(bytes[value], 1);
   const auto lie = test::write_bytes("lie.vdb", with(bytes, value, '\0'));
-  EXPECT_TRUE(
-      test::same(VdbFile(lie).read("density").leaves, VdbFile(path).read("density").leaves, 1));
+  EXPECT_TRUE(test::same(VolumeFile(lie).read("density").leaves,
+                         VolumeFile(path).read("density").leaves, 1));
 }
 
 }  // namespace

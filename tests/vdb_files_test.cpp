@@ -1,4 +1,5 @@
-// VdbFile on files made here: names of grids, parts of vectors, and grids that cannot be rendered.
+// VolumeFile on files made here: names of grids, parts of vectors, and grids that cannot be
+// rendered.
 
 #include <openvdb/tools/Interpolation.h>
 
@@ -16,7 +17,7 @@ namespace {
 using namespace test;
 
 TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
-  const VdbFile vdb(
+  const VolumeFile vdb(
       write_vdb({voxel("z", 1), voxel("", 2), voxel("a", 3), voxel("", 4), voxel("a", 5)}));
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"z", "[0]", "a[0]", "[1]", "a[1]"}));
   const auto value = [&](const std::string& name) {
@@ -31,7 +32,7 @@ TEST(VdbNames, GridsAreListedInFileOrderAndFoundByName) {
   EXPECT_TRUE(
       has(input_error([&] { vdb.read("b"); }), "has no grid 'b'; it has 'z' '[0]' '[1]' 'a[0]'"));
   EXPECT_EQ(vdb.default_grid(), "z");
-  EXPECT_TRUE(has(input_error([&] { VdbFile(write_vdb({})).default_grid(); }), "holds no grid"));
+  EXPECT_TRUE(has(input_error([&] { VolumeFile(write_vdb({})).default_grid(); }), "holds no grid"));
 }
 
 TEST(VdbNames, ControlCharactersAreEscaped) {
@@ -39,7 +40,7 @@ TEST(VdbNames, ControlCharactersAreEscaped) {
   const std::string odd("de\x1b[2\0y", 7);
   for (std::size_t at; (at = bytes.find("densitx")) != std::string::npos;)
     bytes.replace(at, odd.size(), odd);
-  const VdbFile vdb(test::write_bytes("odd_name.vdb", bytes));
+  const VolumeFile vdb(test::write_bytes("odd_name.vdb", bytes));
   const std::string name = "de\\x1b[2\\x00y";
   EXPECT_EQ(vdb.names(), std::vector{name});
   EXPECT_EQ(vdb.info().front().name, name);
@@ -50,7 +51,7 @@ TEST(VdbNames, ControlCharactersAreEscaped) {
 TEST(VdbNames, NamesThatAnotherWriterRepeatedAreNumbered) {
   std::string bytes = test::file_bytes(write_vdb({voxel("density", 1), voxel("densitx", 2)}));
   for (std::size_t at; (at = bytes.find("densitx")) != std::string::npos;) bytes[at + 6] = 'y';
-  const VdbFile vdb(test::write_bytes("repeated.vdb", bytes));
+  const VolumeFile vdb(test::write_bytes("repeated.vdb", bytes));
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density[0]", "density[1]"}));
   EXPECT_EQ(FieldVoxels(vdb.read("density[1]")).voxel({0, 0, 0}, 0), 2.0);
   EXPECT_EQ(vdb.read("density").notices,
@@ -61,7 +62,7 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
   const openvdb::GridCPtrVec grids{voxel("density", 1), voxel("other", 2)};
   std::string bytes = test::file_bytes(write_vdb(grids));
   bytes.replace(bytes.find("Tree_float"), 10, "Tree_quark");
-  const VdbFile vdb(test::write_bytes("unknown.vdb", bytes));
+  const VolumeFile vdb(test::write_bytes("unknown.vdb", bytes));
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"density", "other"}));
   EXPECT_EQ(vdb.info().at(0).channels, 0);
   EXPECT_TRUE(has(vdb.info().at(0).problem, "has type Tree_quark_5_4_3"));
@@ -72,7 +73,7 @@ TEST(VdbFiles, AGridOfAnUnknownTypeLeavesTheOthers) {
   // without positions, only those before it
   bytes = piped_bytes(grids);
   bytes.replace(bytes.find("Tree_float"), 10, "Tree_quark");
-  const std::vector<GridInfo> rows = VdbFile(test::write_bytes("piped.vdb", bytes)).info();
+  const std::vector<GridInfo> rows = VolumeFile(test::write_bytes("piped.vdb", bytes)).info();
   ASSERT_EQ(rows.size(), 1u);
   for (const char* text : {"has type Tree_quark_5_4_3", "; 1 more behind it cannot be found"})
     EXPECT_TRUE(has(rows[0].problem, text));
@@ -86,14 +87,14 @@ TEST(VdbFiles, AnUnknownTransformIsNamedAndIsNoCut) {
     const std::size_t at = bytes.find("UniformScaleMap");
     ASSERT_NE(at, std::string::npos);
     bytes.replace(at, 15, "QuarkyScaleMaps");
-    const VdbFile file(test::write_bytes("quarky.vdb", bytes));
+    const VolumeFile file(test::write_bytes("quarky.vdb", bytes));
     file.check_whole();
     EXPECT_TRUE(has(input_error([&] { file.read(file.default_grid()); }), "QuarkyScaleMaps"));
   }
   // what is cut short has nothing that a look could draw
   const std::string cut = piped.substr(0, piped.size() - 100);
   const std::string message =
-      input_error([&] { VdbFile(test::write_bytes("cut.vdb", cut)).check_whole(); });
+      input_error([&] { VolumeFile(test::write_bytes("cut.vdb", cut)).check_whole(); });
   EXPECT_TRUE(has(message, "is cut short"));
   EXPECT_EQ(message.find("--look"), std::string::npos);
 }
@@ -103,9 +104,9 @@ TEST(VdbFiles, GridsThatShareATreeAndFilesWithoutPositions) {
   const openvdb::GridBase::Ptr b = a->copyGrid();  // the same tree
   b->setName("b");
   const auto shared = write_vdb({a, b});
-  EXPECT_EQ(FieldVoxels(VdbFile(shared).read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
+  EXPECT_EQ(FieldVoxels(VolumeFile(shared).read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
 
-  const VdbFile vdb(test::write_bytes("piped.vdb", piped_bytes({a, b})));
+  const VolumeFile vdb(test::write_bytes("piped.vdb", piped_bytes({a, b})));
   EXPECT_EQ(vdb.names(), (std::vector<std::string>{"a", "b"}));
   EXPECT_EQ(vdb.read("b").notices.at(0), "grid 'b': 1 negative value taken as 0");
   EXPECT_EQ(FieldVoxels(vdb.read("b", {GridRole::data})).voxel({1, 2, 3}, 0), -4.0);
@@ -117,7 +118,7 @@ TEST(VdbFiles, WhatCannotBeRenderedIsRefused) {
   far->tree().setValue(Coord(1 << 30, 0, 0), 1.0f);
   hollow->tree().root().setBackground(0.3f, /*updateChildNodes=*/false);
   huge->setTransform(openvdb::math::Transform::createLinearTransform(1e80));
-  const VdbFile vdb(write_vdb({far, hollow, huge}));
+  const VolumeFile vdb(write_vdb({far, hollow, huge}));
   EXPECT_TRUE(has(input_error([&] { vdb.read("huge"); }), "beyond 1e75"));
   EXPECT_TRUE(has(input_error([&] { vdb.read("far"); }), "2^30 or more apart"));
   EXPECT_TRUE(has(input_error([&] { vdb.read("hollow"); }), "level set without an inside"));
@@ -127,7 +128,7 @@ TEST(Vectors, AreDrawnByLengthOrComponent) {
   const auto velocity =
       voxel<openvdb::Vec3SGrid>("velocity", openvdb::Vec3s(2, -3, 6), Coord(1, 2, 3));
   velocity->tree().setValue(Coord(1, 2, 4), openvdb::Vec3s(0, 1, 0));
-  const VdbFile vdb(write_vdb({voxel("a", 1), voxel("b", 2), velocity}));
+  const VolumeFile vdb(write_vdb({voxel("a", 1), voxel("b", 2), velocity}));
   const auto at = [&](const std::string& name) {
     Scene scene;
     scene.grid = name;
@@ -161,9 +162,9 @@ TEST(Vectors, AreDrawnByLengthOrComponent) {
   EXPECT_TRUE(has(refused("a:x"), "is scalar"));
   EXPECT_TRUE(has(refused("c:x"), "has no grid 'c:x'"));
   // the only grid of vectors, where no grid is scalar
-  EXPECT_EQ(VdbFile(write_vdb({velocity})).default_grid(), "velocity");
+  EXPECT_EQ(VolumeFile(write_vdb({velocity})).default_grid(), "velocity");
   // a grid whose own name has a colon
-  const VdbFile odd(write_vdb({voxel("fire:x", 5)}));
+  const VolumeFile odd(write_vdb({voxel("fire:x", 5)}));
   Scene scene;
   scene.grid = "fire:x";
   EXPECT_EQ(read_fields(scene, odd).density->name, "fire:x");
@@ -214,7 +215,7 @@ std::string file_of_format_221(bool places) {
 
 TEST(VdbFiles, AFileBeforeFormat222IsReadByOpenVdb) {
   for (const bool places : {true, false}) {
-    const VdbFile file(write_bytes("old.vdb", file_of_format_221(places)));
+    const VolumeFile file(write_bytes("old.vdb", file_of_format_221(places)));
     const Field field = file.read("density");
     EXPECT_EQ(field.world_from_index[1][1], 0.5);
     EXPECT_EQ(field.active_voxels, 512u);

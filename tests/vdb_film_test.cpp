@@ -38,7 +38,7 @@ SequenceScene chosen_for(const SequenceFiles& files, Scene scene = {}) {
 
 /// The greatest excess of red over blue.
 double redness(const SequenceScene& sequence, const std::string& path) {
-  const VdbFile file(path);
+  const VolumeFile file(path);
   const Scene scene = frame_scene(sequence, file, path);
   const Image image =
       Session(make_view(scene, read_fields(scene, file, true))).draw(*open_double()).image;
@@ -64,7 +64,7 @@ std::string puff(const std::string& name, const Coord& middle, int domain = 0) {
 }
 
 bool is_seen(const SequenceScene& film, const std::string& path) {
-  const View own = open_frame(film, VdbFile(path), path).view;
+  const View own = open_frame(film, VolumeFile(path), path).view;
   const glm::dvec3 way = 0.5 * (own.subject->box_min + own.subject->box_max) - own.camera.position;
   const double ahead = glm::dot(way, own.camera.forward);
   return std::abs(glm::dot(way, own.camera.right)) < ahead * own.camera.half_width &&
@@ -93,9 +93,9 @@ TEST(Film, OfADomainThatAdaptsHasVoxelsOfOneSize) {
   const SequenceScene film = resolve_sequence({}, paths, "auto");
   ASSERT_EQ(film.notices.size(), 1u);
   EXPECT_TRUE(has(film.notices[0], "domain adapts"));
-  const View first = open_frame(film, VdbFile(paths[0]), paths[0]).view;
+  const View first = open_frame(film, VolumeFile(paths[0]), paths[0]).view;
   for (const std::string& path : paths) {
-    const View view = open_frame(film, VdbFile(path), path).view;
+    const View view = open_frame(film, VolumeFile(path), path).view;
     EXPECT_NEAR(glm::length(glm::dvec3(view.medium.density->world_from_index[0])), 1.0 / 40, 1e-12);
     EXPECT_LT(glm::length(view.subject->box_min - first.subject->box_min), 1e-12) << path;
     EXPECT_LT(glm::length(view.subject->box_max - first.subject->box_max), 1e-12) << path;
@@ -140,7 +140,7 @@ TEST(Film, IsChosenByItsHottestFlameAndItsLargest) {
 LookedScene look_of(const openvdb::GridCPtrVec& grids) {
   Scene scene;
   scene.input = write_vdb(grids, "look.vdb").string();
-  return with_look(scene, VdbFile(scene.input), "auto");
+  return with_look(scene, VolumeFile(scene.input), "auto");
 }
 
 TEST(Fire, OfAFlameAloneHasNoSmoke) {
@@ -177,7 +177,7 @@ TEST(FurtherVolumes, ThatLieOnTheirSideAreNamed) {
   const std::string second = write_vdb({smoke, named("shadow")}, "second.vdb").string();
   for (const char* turn : {"", " rotate=-90,0,0"}) {
     scene.volumes = {second + turn};
-    const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
+    const OpenedScene opened = open_scene(scene, VolumeFile(scene.input));
     const std::vector<std::string> notices = notices_of(opened.view);
     EXPECT_EQ(std::ranges::any_of(notices, [](auto& n) { return n.find("Z is up") != n.npos; }),
               *turn == 0);
@@ -190,7 +190,9 @@ TEST(Luminance, BesideLightIsTakenAtTheDensitysVoxels) {
   Scene scene;
   scene.input = write_vdb({filled("density", cloud), glow}, "two.vdb").string();
   scene.luminance_grid = "glow";
-  const auto notices = [&] { return read_fields(scene, VdbFile(scene.input)).luminance->notices; };
+  const auto notices = [&] {
+    return read_fields(scene, VolumeFile(scene.input)).luminance->notices;
+  };
   EXPECT_TRUE(notices().empty());
   scene.lights = {{{0, -1, 0}, glm::dvec3(1)}};
   EXPECT_TRUE(has(notices().back(), "at the density's voxels"));

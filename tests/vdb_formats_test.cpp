@@ -108,7 +108,7 @@ TEST(Formats, OneVoxelAnywhere) {
 
 TEST(Formats, NoVoxelAndNoGridAreErrors) {
   const auto error = [](const openvdb::GridCPtrVec& grids) {
-    const VdbFile file(write_vdb(grids));
+    const VolumeFile file(write_vdb(grids));
     return input_error([&] { file.read(file.default_grid()); });
   };
   EXPECT_TRUE(has(error({named("density")}), "grid 'density' has no active voxel"));
@@ -118,7 +118,7 @@ TEST(Formats, NoVoxelAndNoGridAreErrors) {
 TEST(Formats, ALevelSetWithDistancesOfTheOtherSignIsRefused) {
   const auto grid = of_class(voxel("sdf", 0.1f), openvdb::GRID_LEVEL_SET);
   grid->tree().root().setBackground(-0.15f, /*updateChildNodes=*/false);
-  const VdbFile file(write_vdb({grid}));
+  const VolumeFile file(write_vdb({grid}));
   for (const bool distances : {false, true})
     EXPECT_TRUE(has(input_error([&] { file.read("sdf", {.distances = distances}); }),
                     "a level set whose background is -0.15: its distances have the opposite sign"));
@@ -129,7 +129,7 @@ TEST(Formats, DoublesBeyondFloatsAreInfinite) {
   const auto grid = voxel<openvdb::DoubleGrid>("density", 1e300);
   grid->tree().setValue(Coord(1), 1e-300);
   grid->tree().setValue(Coord(2), 3);
-  const Field field = VdbFile(write_vdb({grid})).read("density");
+  const Field field = VolumeFile(write_vdb({grid})).read("density");
   EXPECT_EQ(field.notices.at(0), "grid 'density': 1 +Inf taken as 3");
   EXPECT_EQ(FieldVoxels(field).voxel({1, 1, 1}, 0), 0);
 }
@@ -137,7 +137,7 @@ TEST(Formats, DoublesBeyondFloatsAreInfinite) {
 TEST(Formats, AStaggeredGridIsTakenAtItsVoxels) {
   const auto grid = voxel<openvdb::Vec3SGrid>("velocity", {1, -2, 3}, Coord(1, 2, 3));
   grid->setGridClass(openvdb::GRID_STAGGERED);
-  const Field field = VdbFile(write_vdb({grid})).read("velocity", {.role = GridRole::data});
+  const Field field = VolumeFile(write_vdb({grid})).read("velocity", {.role = GridRole::data});
   EXPECT_EQ(FieldVoxels(field).voxel({1, 2, 3}, 1), -2);
   ASSERT_EQ(field.notices.size(), 1u);
   EXPECT_TRUE(has(field.notices[0], "staggered"));
@@ -162,7 +162,7 @@ typename GridT::Ptr with_background(typename GridT::ValueType background) {
 
 template <typename GridT>
 void expect_background_as(typename GridT::ValueType background, double given) {
-  const VdbFile file(write_vdb({with_background<GridT>(background)}));
+  const VolumeFile file(write_vdb({with_background<GridT>(background)}));
   EXPECT_TRUE(has(input_error([&] { file.read("density", {.strict = true}); }),
                   "--background-value 0 leaves the outside empty"));
   EXPECT_NO_THROW(file.read("density", {.strict = true, .background = 0}));
@@ -204,14 +204,14 @@ TEST(Formats, ABackgroundOtherThan0IsVacuumOrAnotherValue) {
   const auto nan = voxel("density", 1);
   nan->tree().root().setBackground(std::nanf(""), /*updateChildNodes=*/false);
   nan->tree().setValueOff(Coord(1), std::nanf(""));
-  const Field field = VdbFile(write_vdb({nan})).read("density", {.background = 0});
+  const Field field = VolumeFile(write_vdb({nan})).read("density", {.background = 0});
   EXPECT_EQ(field.notices,
             std::vector<std::string>{"grid 'density': its background nan is taken as 0"});
 }
 
 TEST(Formats, ABackgroundThatDoesNotFitIsAnError) {
   const auto error = [](const openvdb::GridBase::Ptr& grid, double given) {
-    const VdbFile file(write_vdb({grid}));
+    const VolumeFile file(write_vdb({grid}));
     return input_error([&] { file.read("density", {.background = given}); });
   };
   EXPECT_TRUE(has(error(with_background<openvdb::Int32Grid>(1), 0.5), "has no value 0.5"));
@@ -220,7 +220,7 @@ TEST(Formats, ABackgroundThatDoesNotFitIsAnError) {
   auto wide = with_background<FloatGrid>(1);
   wide->tree().setValue(Coord(500000000, 500000000, 500000000), 1);
   EXPECT_TRUE(has(error(wide, 3), "too wide"));
-  EXPECT_EQ(VdbFile(write_vdb({wide})).read("density", {.background = 0}).tiles.size(), 2u);
+  EXPECT_EQ(VolumeFile(write_vdb({wide})).read("density", {.background = 0}).tiles.size(), 2u);
 }
 
 TEST(Formats, ABackgroundIsDrawnWithinTheDomain) {
@@ -269,7 +269,7 @@ TEST(Formats, WhatIsTooLargeToLightIsPlainUnlessLightIsAskedFor) {
   Scene scene;
   scene.input = write_vdb({wide}).string();
   scene.resolution = {32, 24};
-  const auto looked = [&] { return with_look(scene, VdbFile(scene.input), "auto"); };
+  const auto looked = [&] { return with_look(scene, VolumeFile(scene.input), "auto"); };
   const auto error = [&](const LookedScene& given) {
     return error_of(ExitCode::memory,
                     [&] { Session(make_view(given.scene, given.fields)).draw(*open_double()); });
@@ -303,7 +303,7 @@ TEST(Formats, ADamagedGridLeavesTheOthers) {
   const std::size_t map = bytes.find("UniformScaleMap");
   ASSERT_LT(map, bytes.rfind("density"));  // that of the first grid
   bytes[map] = 'X';
-  const VdbFile file(test::write_bytes("damaged.vdb", bytes));
+  const VolumeFile file(test::write_bytes("damaged.vdb", bytes));
   EXPECT_TRUE(has(file.info().at(0).problem, "cannot be read"));
   EXPECT_TRUE(has(input_error([&] { file.read("heat"); }), "grid 'heat' cannot be read"));
   EXPECT_EQ(file.read("density").active_voxels, 14u * 11 * 9);

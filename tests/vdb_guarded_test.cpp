@@ -207,7 +207,7 @@ int shared_mappings() {
 
 TEST(GuardedReading, ValuesThatAreDroppedLeaveSharedMemory) {
   const int before = shared_mappings();
-  Field field = VdbFile(asset("blobs.vdb")).read("density");
+  Field field = VolumeFile(asset("blobs.vdb")).read("density");
   EXPECT_EQ(shared_mappings(), before + 1);
   field.storage.drop_before(field.storage.leaves);
   EXPECT_EQ(shared_mappings(), before);
@@ -216,7 +216,7 @@ TEST(GuardedReading, ValuesThatAreDroppedLeaveSharedMemory) {
 TEST(GuardedReading, EveryVdbFileIsGuardedOnceItHasStarted) {
   if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
   EXPECT_EQ(reading_guard(), "seccomp and resource limits");
-  const std::string message = input_error([] { VdbFile file(file_named("segfault.vdb")); });
+  const std::string message = input_error([] { VolumeFile file(file_named("segfault.vdb")); });
   EXPECT_TRUE(has(message, "segfault.vdb: is damaged: reading it crashed (Segmentation fault)"));
 }
 
@@ -240,7 +240,7 @@ TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
   };
   for (const auto& [name, part] : expected) {
     const auto path = file_named(name);
-    const std::string message = input_error([&] { VdbFile file(path); });
+    const std::string message = input_error([&] { VolumeFile file(path); });
     EXPECT_EQ(message.find(path.string() + ": "), 0u) << message;
     EXPECT_TRUE(has(message, part));
   }
@@ -248,8 +248,8 @@ TEST(GuardedReading, AnAccidentOfTheReaderIsAnErrorInOneLineThatNamesTheFile) {
 
 TEST(GuardedReading, ACrashInOneGridLeavesTheRowsOfTheOthers) {
   if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
-  const VdbFile file(test::write_bytes("bad_color.vdb", test::file_bytes(asset("blobs.vdb"))));
-  const std::vector<GridInfo> expected = VdbFile(asset("blobs.vdb")).info();
+  const VolumeFile file(test::write_bytes("bad_color.vdb", test::file_bytes(asset("blobs.vdb"))));
+  const std::vector<GridInfo> expected = VolumeFile(asset("blobs.vdb")).info();
   const std::vector<GridInfo> rows = file.info();
   ASSERT_EQ(rows.size(), expected.size());
   ASSERT_GE(rows.size(), 2u);
@@ -268,7 +268,7 @@ TEST(GuardedReading, ACrashInOneGridLeavesTheRowsOfTheOthers) {
 
 TEST(GuardedReading, AFileWhoseGridsAllCrashTakesTheTimeOfAFew) {
   if (sanitised) GTEST_SKIP() << "sanitizers end a process in their own way";
-  const VdbFile file(test::write_bytes("all_bad.vdb", test::file_bytes(asset("blobs.vdb"))));
+  const VolumeFile file(test::write_bytes("all_bad.vdb", test::file_bytes(asset("blobs.vdb"))));
   const std::vector<GridInfo> rows = file.info();
   ASSERT_EQ(rows.size(), 3u);
   for (std::size_t i = 0; i < 2; ++i) EXPECT_TRUE(has(rows[i].problem, "crashed"));
@@ -296,9 +296,9 @@ void deny_seccomp() {
 /// What such a process says, in place of the exit code's success.
 std::string found_without_seccomp(const std::string& path) {
   if (reading_guard() != "resource limits, without seccomp") return reading_guard();
-  VdbFile(path).read("density");
+  VolumeFile(path).read("density");
   trust_files(Trust::no);
-  const std::string message = input_error([&] { VdbFile file(path); });
+  const std::string message = input_error([&] { VolumeFile file(path); });
   return message.find("as --trust=no demands") == message.npos ? "read: " + message : "";
 }
 
@@ -309,17 +309,18 @@ TEST(GuardedReading, WhereTheKernelRefusesSeccompItIsSaidAndCanBeRefused) {
                 ("'" + self + "' --without-seccomp '" + asset("blobs.vdb").string() + "'").c_str()),
             0);
   trust_files(Trust::no);
-  EXPECT_NO_THROW(VdbFile(asset("blobs.vdb")).read("density"));
+  EXPECT_NO_THROW(VolumeFile(asset("blobs.vdb")).read("density"));
   trust_files(Trust::if_needed);
 }
 
 TEST(GuardedReading, WhatAReaderSaysIsOneLine) {
-  EXPECT_EQ(input_error([] { VdbFile file(file_named("lines.vdb")); }), R"(two\x0alines\x1b[2J)");
+  EXPECT_EQ(input_error([] { VolumeFile file(file_named("lines.vdb")); }),
+            R"(two\x0alines\x1b[2J)");
 }
 
 TEST(GuardedReading, AReaderHasThreadsButReachesNoFileNoNetworkAndNoProcess) {
   if (sanitised) GTEST_SKIP() << "no seccomp under sanitizers";
-  EXPECT_EQ(input_error([] { VdbFile file(file_named("calls.vdb")); }),
+  EXPECT_EQ(input_error([] { VolumeFile file(file_named("calls.vdb")); }),
             "opened 0, connected 0, forked 0, signalled 0, in a thread");
 }
 
@@ -327,7 +328,7 @@ TEST(GuardedReading, ProgressComesBackAndMayEndTheReading) {
   struct Cancelled {};
   bool cancel = false;
   int reports = 0;
-  const VdbFile file(asset("blobs.vdb"), [&](double fraction) {
+  const VolumeFile file(asset("blobs.vdb"), [&](double fraction) {
     EXPECT_GE(fraction, 0);
     EXPECT_LE(fraction, 1);
     ++reports;
@@ -342,8 +343,8 @@ TEST(GuardedReading, ProgressComesBackAndMayEndTheReading) {
 }
 
 TEST(GuardedReading, LeavesThatStayInTheFileAreReadThere) {
-  const Field whole = VdbFile(asset("blobs.vdb")).read("density");
-  const Field stored = VdbFile(asset("blobs.vdb")).read("density", {.memory = 1});
+  const Field whole = VolumeFile(asset("blobs.vdb")).read("density");
+  const Field stored = VolumeFile(asset("blobs.vdb")).read("density", {.memory = 1});
   ASSERT_TRUE(stored.reader);
   EXPECT_EQ(glm::dvec2(*stored.active_range), active_range(whole));
   EXPECT_EQ(glm::dvec2(*stored.stored_range), stored_range(whole));
@@ -352,14 +353,15 @@ TEST(GuardedReading, LeavesThatStayInTheFileAreReadThere) {
 }
 
 TEST(GuardedReading, SeveralThreadsMayRead) {
-  const VdbFile shared(asset("blobs.vdb"));
+  const VolumeFile shared(asset("blobs.vdb"));
   const Field expected = shared.read("density");
   std::vector<std::thread> threads;
   for (int n = 0; n < 4; ++n)
     threads.emplace_back([&] {
       for (int i = 0; i < 5; ++i) {
         EXPECT_TRUE(same(shared.read("density").leaves, expected.leaves, 1));
-        EXPECT_TRUE(same(VdbFile(asset("blobs.vdb")).read("density").leaves, expected.leaves, 1));
+        EXPECT_TRUE(
+            same(VolumeFile(asset("blobs.vdb")).read("density").leaves, expected.leaves, 1));
       }
     });
   for (std::thread& thread : threads) thread.join();
@@ -379,7 +381,7 @@ int main(int argc, char** argv) {
     return found.empty() ? 0 : 1;
   }
   if (argc == 3 && std::string(argv[1]) == "--read") {
-    const psivox::VdbFile file(argv[2]);
+    const psivox::VolumeFile file(argv[2]);
     return 0;
   }
   testing::InitGoogleTest(&argc, argv);

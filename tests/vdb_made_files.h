@@ -161,10 +161,10 @@ inline std::vector<std::uint32_t> codecs() {
 
 /// What `use` reads of a file, by the system's count.
 inline Reads reads_of(const std::filesystem::path& path,
-                      const std::function<void(const VdbFile&)>& use) {
-  VdbFile(path).info();  // threads, and what else a process reads once
+                      const std::function<void(const VolumeFile&)>& use) {
+  VolumeFile(path).info();  // threads, and what else a process reads once
   const Reads before = reads_of_process();
-  use(VdbFile(path));
+  use(VolumeFile(path));
   const Reads after = reads_of_process();
   return {after.bytes - before.bytes, after.calls - before.calls};
 }

@@ -31,7 +31,7 @@ float difference(const Field& a, const Field& b) {
   return most;
 }
 
-void expect_same(const VdbFile& nano, const VdbFile& vdb) {
+void expect_same(const VolumeFile& nano, const VolumeFile& vdb) {
   const std::vector<GridInfo> rows = nano.info(true), wanted = vdb.info(true);
   ASSERT_EQ(nano.names(), vdb.names());
   for (std::size_t n = 0; n < wanted.size(); ++n) {
@@ -67,10 +67,10 @@ TEST_F(NanoVdb, GridsOfEachTypeAndCodecAreReadAsTheirVdb) {
   const GridCPtrVec grids{b,       ball_with_tiles<DoubleGrid>("d"),
                           density, ball_with_tiles<Int32Grid>("i"),
                           l,       ball_with_tiles<Vec3SGrid>("v")};
-  const VdbFile vdb(test::written(grids, io::COMPRESS_NONE));
+  const VolumeFile vdb(test::written(grids, io::COMPRESS_NONE));
   for (const char* const codec : {"", "--zip", "--blosc"}) {
     SCOPED_TRACE(codec);
-    expect_same(VdbFile(written_nano(grids, codec)), vdb);
+    expect_same(VolumeFile(written_nano(grids, codec)), vdb);
   }
 }
 
@@ -81,16 +81,16 @@ TEST_F(NanoVdb, MasksLevelSetsBackgroundsAndRepeatedNamesAreReadAsTheirVdb) {
   const auto ball = ball_with_tiles<FloatGrid>("density");
   static_cast<FloatGrid&>(*ball).tree().root().setBackground(1, true);
   const GridCPtrVec grids{test::level_set_ball<FloatGrid>("density"), ball, mask};
-  expect_same(VdbFile(written_nano(grids, "--zip")),
-              VdbFile(test::written(grids, io::COMPRESS_ZIP)));
+  expect_same(VolumeFile(written_nano(grids, "--zip")),
+              VolumeFile(test::written(grids, io::COMPRESS_ZIP)));
 }
 
 TEST_F(NanoVdb, QuantisedValuesAreWithinTheirQuantum) {
   const auto grid = ball_with_tiles<openvdb::FloatGrid>("density");
-  const Field exact = VdbFile(test::written({grid}, openvdb::io::COMPRESS_NONE)).read("density");
+  const Field exact = VolumeFile(test::written({grid}, openvdb::io::COMPRESS_NONE)).read("density");
   constexpr float range = 65;  // of ball's values
   const auto error = [&](const std::string& type) {
-    const VdbFile file(written_nano({grid}, "--blosc --" + type, type + ".nvdb"));
+    const VolumeFile file(written_nano({grid}, "--blosc --" + type, type + ".nvdb"));
     EXPECT_EQ(file.value_type("density"), "float");
     return difference(file.read("density"), exact);
   };
@@ -108,7 +108,7 @@ TEST_F(NanoVdb, TheBackgroundOfQuantisedValuesBecomesZero) {
   grid->tree().root().setBackground(1, true);
   grid->tree().setValue(openvdb::Coord(1, 2, 3), 0.3f);
   grid->tree().setValue(openvdb::Coord(4, 4, 4), 2.7f);
-  const Field field = VdbFile(written_nano({grid}, "--fp8")).read("density");
+  const Field field = VolumeFile(written_nano({grid}, "--fp8")).read("density");
   ASSERT_EQ(field.leaves.size(), 1u);
   EXPECT_EQ(std::count_if(field.leaves[0].values, field.leaves[0].values + 512,
                           [](float value) { return value != 0; }),
@@ -121,7 +121,7 @@ void expect_voxel(const std::string& type, const std::string& read_as, double va
   SCOPED_TRACE(type);
   const std::string packed =
       test::file_bytes(test::assets_dir() / "../tests/fuzz/corpus/nano" / type);
-  const VdbFile file(test::write_bytes(type + ".nvdb", fuzz::unpacked_grid(packed)));
+  const VolumeFile file(test::write_bytes(type + ".nvdb", fuzz::unpacked_grid(packed)));
   const std::vector<GridInfo> rows = file.info(true);
   EXPECT_EQ(rows.at(0).value_type, read_as);
   EXPECT_EQ(rows[0].active_voxels, 1);
@@ -148,8 +148,8 @@ TEST_F(NanoVdb, BareGridsAreRead) {
              v = ball_with_tiles<openvdb::Vec3SGrid>("v");
   add(density);
   add(v);
-  expect_same(VdbFile(test::write_bytes("bare.nvdb", bare)),
-              VdbFile(test::written({density, v}, openvdb::io::COMPRESS_NONE)));
+  expect_same(VolumeFile(test::write_bytes("bare.nvdb", bare)),
+              VolumeFile(test::written({density, v}, openvdb::io::COMPRESS_NONE)));
 }
 
 TEST_F(NanoVdb, AnUnsupportedGridLeavesTheOthers) {
@@ -157,7 +157,7 @@ TEST_F(NanoVdb, AnUnsupportedGridLeavesTheOthers) {
   const std::string good =
       test::file_bytes(written_nano({ball_with_tiles<openvdb::FloatGrid>("density"),
                                      ball_with_tiles<openvdb::FloatGrid>("rgba")}));
-  const VdbFile file(test::write_bytes("rgba.nvdb", with(good, type, 12u)));
+  const VolumeFile file(test::write_bytes("rgba.nvdb", with(good, type, 12u)));
   EXPECT_EQ(file.names(), (std::vector<std::string>{"density", "rgba"}));
   EXPECT_EQ(file.channels("density"), 0);
   EXPECT_FALSE(file.read("rgba").leaves.empty());

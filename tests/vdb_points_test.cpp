@@ -68,7 +68,7 @@ TEST(Points, AreTheirNumberInEachVoxel) {
   appendAttribute<int, TruncateCodec>(fixed->tree(), "id");
   for (const std::uint32_t codec : codecs()) {
     SCOPED_TRACE(openvdb::io::compressionToString(codec));
-    const VdbFile file(written({few, truncated, fixed}, codec));
+    const VolumeFile file(written({few, truncated, fixed}, codec));
     expect_counts(*few, file.read("points"));
     expect_counts(*truncated, file.read("truncated"));
     expect_counts(*fixed, file.read("fixed", {.role = GridRole::data}));
@@ -84,7 +84,7 @@ TEST(Points, AreTheirNumberInEachVoxel) {
 TEST(Points, OfNanoVdbAreTheirNumberInEachVoxel) {
   if (!has_nano_tool()) GTEST_SKIP() << no_nano_tool;
   const auto few = points<NullCodec>(2000, {1, 2, 3});
-  const VdbFile nano(written_nano({few})), vdb(write_vdb({few}));
+  const VolumeFile nano(written_nano({few})), vdb(write_vdb({few}));
   expect_counts(*few, nano.read("points"));
   const GridInfo row = nano.info().at(0), wanted = vdb.info().at(0);
   EXPECT_EQ(row.type, wanted.type);
@@ -97,7 +97,7 @@ TEST(Points, OfNanoVdbAreTheirNumberInEachVoxel) {
 
 TEST(Points, MayHaveManyPagesOfAttributes) {
   const auto grid = points<NullCodec>(100'000);  // a page is 1 MiB
-  expect_counts(*grid, VdbFile(write_vdb({grid})).read("points", {.memory = 10 << 20}));
+  expect_counts(*grid, VolumeFile(write_vdb({grid})).read("points", {.memory = 10 << 20}));
 }
 
 TEST(Points, OfAnUnknownAttributeLeaveTheOtherGrids) {
@@ -106,7 +106,7 @@ TEST(Points, OfAnUnknownAttributeLeaveTheOtherGrids) {
   const std::size_t at = bytes.find("trnc");
   ASSERT_NE(at, std::string::npos);
   bytes.replace(at, 4, "abcd");
-  const VdbFile file(write_bytes("unknown.vdb", bytes));
+  const VolumeFile file(write_bytes("unknown.vdb", bytes));
   EXPECT_TRUE(has(input_error([&] { file.read("points"); }), "abcd"));
   EXPECT_EQ(file.default_grid(), "after");
   EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
@@ -114,7 +114,7 @@ TEST(Points, OfAnUnknownAttributeLeaveTheOtherGrids) {
 
 TEST(Points, OfAFileWithoutPositionsLeaveTheOtherGrids) {
   const auto grid = points<NullCodec>(500);
-  const VdbFile file(write_bytes("piped.vdb", piped_bytes({grid, voxel("after", 3, Coord(1))})));
+  const VolumeFile file(write_bytes("piped.vdb", piped_bytes({grid, voxel("after", 3, Coord(1))})));
   expect_counts(*grid, file.read("points"));
   EXPECT_EQ(FieldVoxels(file.read("after")).voxel({1, 1, 1}, 0), 3);
 }
@@ -122,14 +122,14 @@ TEST(Points, OfAFileWithoutPositionsLeaveTheOtherGrids) {
 TEST(Points, AreDrawnBesideVectors) {
   const auto vectors = named<openvdb::Vec3SGrid>("vectors");
   vectors->tree().addTile(2, Coord(0), openvdb::Vec3f(1), true);
-  EXPECT_EQ(VdbFile(write_vdb({vectors, points<NullCodec>(10)})).default_grid(), "points");
+  EXPECT_EQ(VolumeFile(write_vdb({vectors, points<NullCodec>(10)})).default_grid(), "points");
 }
 
 TEST(Points, AGridWithoutPointsIsEmptyToEveryQuestion) {
   const auto empty = createPointDataGrid<NullCodec, PointDataGrid>(
       std::vector<openvdb::Vec3R>(), *openvdb::math::Transform::createLinearTransform(1));
   empty->setName("points");
-  const VdbFile file(write_vdb({empty}));
+  const VolumeFile file(write_vdb({empty}));
   EXPECT_EQ(file.content("points").nothing, "has no active voxel");
   EXPECT_EQ(file.info().at(0).problem, "has no active voxel: nothing to render");
   EXPECT_TRUE(has(input_error([&] { file.read("points"); }), "has no active voxel"));
@@ -138,7 +138,7 @@ TEST(Points, AGridWithoutPointsIsEmptyToEveryQuestion) {
 TEST(Points, OutOfOrderAreAnError) {
   const auto grid = points<NullCodec>(40);
   grid->tree().beginLeaf()->setOffsetOnly(0, 1'000'000);
-  const VdbFile wrong(write_vdb({grid}));
+  const VolumeFile wrong(write_vdb({grid}));
   EXPECT_TRUE(has(input_error([&] { wrong.read("points"); }), "points are out of order"));
 }
 
@@ -146,7 +146,7 @@ TEST(Points, AFrustumIsResampled) {
   const auto grid = points<NullCodec>(500);
   grid->setTransform(Transform::createFrustumTransform(
       openvdb::BBoxd(openvdb::Vec3d(-40), openvdb::Vec3d(60)), 2, 10, 0.25));
-  const Field field = VdbFile(write_vdb({grid})).read("points");
+  const Field field = VolumeFile(write_vdb({grid})).read("points");
   EXPECT_EQ(field.value_type, "points");
   EXPECT_TRUE(has(field.notices.at(0), "frustum"));
 }
@@ -189,7 +189,7 @@ TEST(Activity, IsOneAtActiveVoxelsOfEveryType) {
       with_topology<openvdb::Vec3SGrid>("vec3s"), with_topology<openvdb::Vec3DGrid>("vec3d"),
       with_topology<openvdb::Vec3IGrid>("vec3i")};
   for (const auto& path : {write_vdb(grids), write_bytes("piped.vdb", piped_bytes(grids))}) {
-    const VdbFile file(path);
+    const VolumeFile file(path);
     for (const std::string& name : file.names()) {
       SCOPED_TRACE(name);
       const Field field = file.read(name, {.active = true});
@@ -215,7 +215,7 @@ TEST(Activity, ColoursOfAnyBackgroundLightTheActiveVoxels) {
     Scene scene;
     scene.grid = "Cd:active";
     scene.luminance_grid = "Cd";
-    const MediumFields fields = read_fields(scene, VdbFile(write_vdb({grid})));
+    const MediumFields fields = read_fields(scene, VolumeFile(write_vdb({grid})));
     EXPECT_EQ(fields.density->name, "Cd:active");
     const FieldVoxels density(*fields.density), colour(*fields.luminance);
     EXPECT_EQ(density.voxel({0, 0, 0}, 0), 1);
@@ -228,17 +228,17 @@ TEST(Activity, ColoursOfAnyBackgroundLightTheActiveVoxels) {
       EXPECT_EQ(colour.voxel({5, 5, 5}, c), background > 0 ? 1 : 0);
     }
     scene.grid = "Cd:x";
-    EXPECT_EQ(read_fields(scene, VdbFile(write_vdb({grid}))).density->name, "Cd:x");
+    EXPECT_EQ(read_fields(scene, VolumeFile(write_vdb({grid}))).density->name, "Cd:x");
   }
 }
 
 TEST(Activity, IsKnownOfGridsInMemoryToo) {
   const auto grid = voxel<openvdb::Vec3SGrid>("v", openvdb::Vec3f(0, 0, -4), Coord(1, 2, 3));
   grid->tree().addTile(1, Coord(16, 0, 0), openvdb::Vec3f(0, -1, 0), true);
-  const VdbFile file(write_vdb({grid}));
-  const auto inner = std::make_shared<VdbFile>(
+  const VolumeFile file(write_vdb({grid}));
+  const auto inner = std::make_shared<VolumeFile>(
       std::make_shared<const Field>(file.read("v", {.role = GridRole::data})));
-  const Field field = VdbFile({{"w", inner, "v"}}).read("w", {.active = true});
+  const Field field = VolumeFile({{"w", inner, "v"}}).read("w", {.active = true});
   EXPECT_EQ(field.name, "w:active");
   expect_activity(field);
 }

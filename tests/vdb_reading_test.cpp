@@ -1,4 +1,4 @@
-// How VdbFile reads: each byte about once, in few calls, and the same values as OpenVDB's own
+// How VolumeFile reads: each byte about once, in few calls, and the same values as OpenVDB's own
 // reader with every codec.
 
 #include <openvdb/io/Compression.h>
@@ -21,7 +21,7 @@ using namespace test;
 /// static_cast<float>.
 template <typename GridT>
 void expect_values_of_openvdb(const std::filesystem::path& path, const std::string& name) {
-  const Field field = VdbFile(path).read(name, {GridRole::data});
+  const Field field = VolumeFile(path).read(name, {GridRole::data});
   const auto grid = openvdb::gridPtrCast<GridT>(test::openvdb_grid(path, name));
   constexpr bool vectors = openvdb::VecTraits<typename GridT::ValueType>::IsVec;
   ASSERT_EQ(field.channels, vectors ? 3 : 1);
@@ -92,7 +92,7 @@ TEST(VdbReading, EachByteIsReadAboutOnceInFewCalls) {
   const openvdb::GridCPtrVec grids{
       ball<openvdb::FloatGrid>("density", 40), ball<openvdb::FloatGrid>("heat", 32, true),
       ball<openvdb::Vec3SGrid>("velocity", 28), ball<openvdb::FloatGrid>("fuel", 24)};
-  const auto everything = [](const VdbFile& file) {
+  const auto everything = [](const VolumeFile& file) {
     file.info();
     for (const std::string& name : file.names()) file.read(name);
     file.read("density", {GridRole::data});
@@ -112,9 +112,9 @@ TEST(VdbReading, WhatIsNotAskedForIsNotRead) {
       written({ball<openvdb::FloatGrid>("small", 20), ball<openvdb::FloatGrid>("large", 60)},
               openvdb::io::COMPRESS_ACTIVE_MASK);
   const std::int64_t size = static_cast<std::int64_t>(std::filesystem::file_size(path));
-  EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.names(); }).bytes, size / 10);
-  EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.read("small"); }).bytes, size / 4);
-  EXPECT_LT(reads_of(path, [](const VdbFile& file) { file.info(/*values=*/false); }).bytes,
+  EXPECT_LT(reads_of(path, [](const VolumeFile& file) { file.names(); }).bytes, size / 10);
+  EXPECT_LT(reads_of(path, [](const VolumeFile& file) { file.read("small"); }).bytes, size / 4);
+  EXPECT_LT(reads_of(path, [](const VolumeFile& file) { file.info(/*values=*/false); }).bytes,
             size / 4);
 }
 
@@ -122,7 +122,7 @@ TEST(VdbReading, TopologyAloneGivesAllButValues) {
   const auto path = written({ball<openvdb::FloatGrid>("density", 20),
                              ball<openvdb::Vec3SGrid>("velocity", 20, /*half=*/true)},
                             openvdb::io::COMPRESS_ACTIVE_MASK);
-  const VdbFile file(path);
+  const VolumeFile file(path);
   const std::vector<GridInfo> all = file.info(), some = file.info(/*values=*/false);
   ASSERT_EQ(some.size(), 2u);
   for (std::size_t n = 0; n < 2; ++n) {
@@ -140,7 +140,7 @@ TEST(VdbReading, TopologyAloneGivesAllButValues) {
 
 TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {
   const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
-  const VdbFile file(path);
+  const VolumeFile file(path);
   std::filesystem::resize_file(path, std::filesystem::file_size(path) / 2);
   EXPECT_TRUE(has(input_error([&] { file.read("density"); }), "the file ends too early"));
 }
@@ -148,13 +148,13 @@ TEST(VdbReading, AFileThatShrinksMeanwhileIsAnError) {
 TEST(VdbReading, ProgressGrowsToTheEndAndMayEndTheReading) {
   const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
   std::vector<double> told;
-  VdbFile(path, [&](double fraction) { told.push_back(fraction); }).read("density");
+  VolumeFile(path, [&](double fraction) { told.push_back(fraction); }).read("density");
   EXPECT_TRUE(std::is_sorted(told.begin(), told.end()));
   EXPECT_GT(told.size(), 3u);
   EXPECT_GT(told.back(), 0.5);
   EXPECT_LE(told.back(), 1.0);
   struct Ended {};
-  const VdbFile ended(path, [](double fraction) {
+  const VolumeFile ended(path, [](double fraction) {
     if (fraction > 0.3) throw Ended();
   });
   EXPECT_THROW(ended.read("density"), Ended);

@@ -24,7 +24,7 @@ using namespace test;
 void expect_stored_like_whole(const std::filesystem::path& path, const std::string& name,
                               ReadOptions options) {
   SCOPED_TRACE(name);
-  const auto file = std::make_unique<VdbFile>(path);
+  const auto file = std::make_unique<VolumeFile>(path);
   options.percentiles = {1, 50};
   const Field whole = file->read(name, options);
   options.memory = 1;
@@ -101,15 +101,15 @@ TEST(VdbStoredValues, BadValuesThatStayInTheFileAreReplacedAsInTheWhole) {
     expect_stored_like_whole(path, "density", {role});
     const ReadOptions strict{.role = role, .strict = true, .memory = 1};
     EXPECT_TRUE(
-        has(input_error([&] { VdbFile(path).read("density", strict); }), "refused by strict"));
+        has(input_error([&] { VolumeFile(path).read("density", strict); }), "refused by strict"));
   }
 }
 
 TEST(VdbStoredValues, APartReadsItsLeavesAlone) {
   if (reads_of_process().calls == 0) GTEST_SKIP() << "this system does not count what is read";
   const auto path = written({ball<openvdb::FloatGrid>("density", 60)}, openvdb::io::COMPRESS_NONE);
-  const Field whole = VdbFile(path).read("density");
-  const Field stored = VdbFile(path).read("density", {.memory = 1});
+  const Field whole = VolumeFile(path).read("density");
+  const Field stored = VolumeFile(path).read("density", {.memory = 1});
   const Box box{glm::ivec3(-20, 3, 10), glm::ivec3(15, 16, 31)};
   part_of_field(stored, Box{glm::ivec3(0), glm::ivec3(0)});  // finds where all leaves are
   const Reads before = reads_of_process();
@@ -140,12 +140,12 @@ TEST(VdbStoredValues, OneRankLooksAtAllValuesForTheOthers) {
                             Archive::hasBloscCompression() ? COMPRESS_BLOSC : COMPRESS_ZIP);
   Scene scene;
   scene.input = path.string();
-  const View alone = make_view(scene, VdbFile(path));
+  const View alone = make_view(scene, VolumeFile(path));
   const auto size = static_cast<double>(std::filesystem::file_size(path));
   const Reads before = reads_of_process();
   const auto errors = test::in_team(4, [&](const std::shared_ptr<Team>& team) {
-    const View view =
-        make_view(scene, read_fields(scene, VdbFile(path), false, {.allowed = true, .team = team}));
+    const View view = make_view(
+        scene, read_fields(scene, VolumeFile(path), false, {.allowed = true, .team = team}));
     EXPECT_EQ(active_range(*view.medium.density), active_range(*alone.medium.density));
     EXPECT_EQ(view.camera.position, alone.camera.position);
     EXPECT_EQ(view.medium.extinction, alone.medium.extinction);
@@ -170,10 +170,10 @@ TEST(VdbStoredValues, AViewOfThemIsThatOfTheWhole) {
   Scene scene;
   scene.input = path.string();
   const auto expect_same = [&] {
-    const View whole = make_view(scene, VdbFile(path));
+    const View whole = make_view(scene, VolumeFile(path));
     Scene small = scene;
     small.memory_limit = 64;
-    const MediumFields fields = read_fields(small, VdbFile(path), false, {.allowed = true});
+    const MediumFields fields = read_fields(small, VolumeFile(path), false, {.allowed = true});
     ASSERT_TRUE(fields.density->reader);
     const View stored = make_view(small, fields);
     EXPECT_EQ(stored.medium.extinction, whole.medium.extinction);
@@ -217,7 +217,7 @@ TEST(VdbStoredValues, AGridThatMustBeConvertedWholeIsRefusedBeyondItsMemory) {
   const auto expect_refused = [](const std::filesystem::path& file, const char* name,
                                  const ReadOptions& options, const char* why) {
     try {
-      VdbFile(file).read(name, options);
+      VolumeFile(file).read(name, options);
       ADD_FAILURE() << "no error";
     } catch (const Error& e) {
       EXPECT_EQ(e.code(), ExitCode::memory);

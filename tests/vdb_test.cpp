@@ -1,4 +1,4 @@
-// VdbFile on files from others, on assets and on broken files: every file of shared/data gives
+// VolumeFile on files from others, on assets and on broken files: every file of shared/data gives
 // either the field that OpenVDB's own sampler sees or the error given here.
 
 #include "psivox/vdb.h"
@@ -76,7 +76,7 @@ TEST_P(GoodGridTest, HasTheValuesThatOpenVdbSamples) {
   const GoodGrid& expected = GetParam();
   const auto path = data_dir() / expected.file;
   // `data` keeps negative components, as OpenVDB does.
-  const Field field = VdbFile(path).read(expected.grid, {GridRole::data, /*strict=*/true});
+  const Field field = VolumeFile(path).read(expected.grid, {GridRole::data, /*strict=*/true});
   EXPECT_EQ(field.name, expected.grid);
   EXPECT_EQ(field.value_type, expected.value_type);
   EXPECT_EQ(field.channels, expected.channels);
@@ -126,7 +126,7 @@ TEST(VdbData, LevelSetsBecomeOpenVdbsFogWithANotice) {
   SKIP_WITHOUT_DATA();
   for (const auto& [file, name] : {std::pair("edge/levelset_sphere.vdb", "ls_sphere"),
                                    std::pair("edge/levelset_unnamed.vdb", "[0]")}) {
-    const VdbFile vdb(data_dir() / file);
+    const VolumeFile vdb(data_dir() / file);
     EXPECT_EQ(vdb.default_grid(), name);
     EXPECT_EQ(vdb.info().at(0).problem, "");
     EXPECT_EQ(vdb.info().at(0).grid_class, "level set");
@@ -139,12 +139,12 @@ TEST(VdbData, LevelSetsBecomeOpenVdbsFogWithANotice) {
     expect_same_values(field, *fog);
   }
   // The empty name is the grid without a name.
-  EXPECT_EQ(VdbFile(data_dir() / "edge/levelset_unnamed.vdb").read("").name, "[0]");
+  EXPECT_EQ(VolumeFile(data_dir() / "edge/levelset_unnamed.vdb").read("").name, "[0]");
 }
 
 TEST(VdbData, InfoCountsWhatTheTreeHolds) {
   SKIP_WITHOUT_DATA();
-  const GridInfo smoke = VdbFile(data_dir() / "smoke.vdb").info().at(0);
+  const GridInfo smoke = VolumeFile(data_dir() / "smoke.vdb").info().at(0);
   EXPECT_EQ(smoke.name, "density");
   EXPECT_EQ(smoke.type, "Tree_float_5_4_3");
   EXPECT_EQ(smoke.grid_class, "fog volume");
@@ -153,14 +153,14 @@ TEST(VdbData, InfoCountsWhatTheTreeHolds) {
   EXPECT_EQ(smoke.active_box, (Box{{1, 2, 1}, {111, 223, 112}}));
   EXPECT_EQ(smoke.transform, "UniformScaleTranslateMap");
   EXPECT_NEAR(smoke.voxel_size.y, 0.476, 5e-4);
-  EXPECT_EQ(VdbFile(data_dir() / "cloud_tiles.vdb").info().at(0).active_tiles, 130u);
-  EXPECT_NEAR(VdbFile(data_dir() / "frogtissue.vdb").info().at(0).voxel_size.z, 1.5, 1e-12);
+  EXPECT_EQ(VolumeFile(data_dir() / "cloud_tiles.vdb").info().at(0).active_tiles, 130u);
+  EXPECT_NEAR(VolumeFile(data_dir() / "frogtissue.vdb").info().at(0).voxel_size.z, 1.5, 1e-12);
 }
 
 TEST(VdbData, GridsBeforeTheCutCanBeRead) {
   SKIP_WITHOUT_DATA();
   const std::string bytes = test::file_bytes(data_dir() / "edge/three_same_names.vdb");
-  const VdbFile vdb(test::write_bytes("cut.vdb", bytes.substr(0, 120000)));
+  const VolumeFile vdb(test::write_bytes("cut.vdb", bytes.substr(0, 120000)));
   EXPECT_EQ(vdb.read("density[0]").active_voxels, 491u);
   EXPECT_TRUE(has(vdb.info().at(1).problem,
                   "is cut short: it needs 166005 bytes, the file has"
@@ -169,41 +169,43 @@ TEST(VdbData, GridsBeforeTheCutCanBeRead) {
   // what is not there may have been cut off
   EXPECT_TRUE(has(input_error([&] { vdb.check_whole(); }), "2 grids are not whole"));
   EXPECT_THROW(vdb.read("flame", {.empty = true}), Error);
-  VdbFile(data_dir() / "edge/three_same_names.vdb").check_whole();
+  VolumeFile(data_dir() / "edge/three_same_names.vdb").check_whole();
 }
 
 TEST(VdbFileErrors, FilesThatAreNoneAreNamed) {
   const auto dir = test::scratch_dir();
-  EXPECT_TRUE(has(input_error([&] { VdbFile(dir / "absent.vdb"); }), "absent.vdb: no such file"));
-  EXPECT_TRUE(has(input_error([&] { VdbFile{dir}; }), "is a directory"));
-  EXPECT_TRUE(has(input_error([&] { VdbFile{"/dev/null"}; }), "is no regular file"));
+  EXPECT_TRUE(
+      has(input_error([&] { VolumeFile(dir / "absent.vdb"); }), "absent.vdb: no such file"));
+  EXPECT_TRUE(has(input_error([&] { VolumeFile{dir}; }), "is a directory"));
+  EXPECT_TRUE(has(input_error([&] { VolumeFile{"/dev/null"}; }), "is no regular file"));
   const auto text = test::write_bytes("text.vdb", "This is a text, not a volume.\n");
-  EXPECT_TRUE(has(input_error([&] { VdbFile{text}; }), "text.vdb: begins as no volume"));
+  EXPECT_TRUE(has(input_error([&] { VolumeFile{text}; }), "text.vdb: begins as no volume"));
   const auto nothing = test::write_bytes("nothing.vdb", "");
-  EXPECT_TRUE(has(input_error([&] { VdbFile{nothing}; }), "nothing.vdb: is empty"));
+  EXPECT_TRUE(has(input_error([&] { VolumeFile{nothing}; }), "nothing.vdb: is empty"));
   const auto nano = test::write_bytes("nano.nvdb", "NanoVDB1 and what follows");
-  EXPECT_TRUE(has(input_error([&] { VdbFile{nano}; }), "nano.nvdb: is a damaged NanoVDB file: "));
-  EXPECT_TRUE(has(input_error([&] { VdbFile("/dev/null"); }), "/dev/null"));
+  EXPECT_TRUE(
+      has(input_error([&] { VolumeFile{nano}; }), "nano.nvdb: is a damaged NanoVDB file: "));
+  EXPECT_TRUE(has(input_error([&] { VolumeFile("/dev/null"); }), "/dev/null"));
 }
 
 TEST(VdbAssets, AreReadAsMade) {
-  const Field slab = VdbFile(assets_dir() / "slab.vdb").read("density");
+  const Field slab = VolumeFile(assets_dir() / "slab.vdb").read("density");
   EXPECT_EQ(slab.active_box, (Box{{3, 5, 2}, {42, 28, 17}}));
   EXPECT_TRUE(slab.tiles.empty());
-  const Field tiled = VdbFile(assets_dir() / "slab.vdb").read("density_tiles");
+  const Field tiled = VolumeFile(assets_dir() / "slab.vdb").read("density_tiles");
   EXPECT_EQ(tiled.tiles.size(), 8u);
   EXPECT_EQ(tiled.active_voxels, slab.active_voxels);
   expect_same_values(tiled, *openvdb::gridPtrCast<openvdb::FloatGrid>(
                                 openvdb_grid(assets_dir() / "slab.vdb", "density")));
 
-  const Field ramp = VdbFile(assets_dir() / "ramp.vdb").read("density");
+  const Field ramp = VolumeFile(assets_dir() / "ramp.vdb").read("density");
   EXPECT_EQ(FieldVoxels(ramp).trilinear({10.5, 3, 4}, 0), 11.5 / 32.0);
 
-  const Field single = VdbFile(assets_dir() / "single_voxel.vdb").read("density");
+  const Field single = VolumeFile(assets_dir() / "single_voxel.vdb").read("density");
   EXPECT_EQ(single.domain(), (Box{{-1, -1, -1}, {1, 1, 1}}));
   EXPECT_EQ(FieldVoxels(single).trilinear({-0.5, -0.5, 0.5}, 0), 0.125);
 
-  const VdbFile blobs(assets_dir() / "blobs.vdb");
+  const VolumeFile blobs(assets_dir() / "blobs.vdb");
   EXPECT_EQ(blobs.names(), (std::vector<std::string>{"density", "temperature", "color"}));
   EXPECT_EQ(blobs.default_grid(), "density");
   EXPECT_EQ(blobs.read("color").channels, 3);
@@ -213,12 +215,12 @@ TEST(VdbAssets, AreReadAsMade) {
   EXPECT_LT(fraction, 0.4);
 
   // Two active tiles, and an inactive one that stores a value.
-  const Field tiles = VdbFile(assets_dir() / "tiles.vdb").read("density");
+  const Field tiles = VolumeFile(assets_dir() / "tiles.vdb").read("density");
   ASSERT_EQ(tiles.tiles.size(), 3u);
   expect_same_values(tiles, *openvdb::gridPtrCast<openvdb::FloatGrid>(
                                 openvdb_grid(assets_dir() / "tiles.vdb", "density")));
 
-  EXPECT_EQ(VdbFile(assets_dir() / "rotated.vdb").info().at(0).transform, "AffineMap");
+  EXPECT_EQ(VolumeFile(assets_dir() / "rotated.vdb").info().at(0).transform, "AffineMap");
 }
 
 TEST(UpAxis, IsKnownByTheCreatorAndTheGrids) {
@@ -229,7 +231,7 @@ TEST(UpAxis, IsKnownByTheCreatorAndTheGrids) {
     openvdb::MetaMap metadata;
     if (!creator.empty()) metadata.insertMeta("creator", openvdb::StringMetadata(creator));
     openvdb::io::File(path.string()).write(grids, metadata);
-    return VdbFile(path).z_up();
+    return VolumeFile(path).z_up();
   };
   EXPECT_EQ(written("", {grid("density")}), "");
   EXPECT_EQ(written("Houdini/SOP_OpenVDB_Write", {grid("density")}), "");

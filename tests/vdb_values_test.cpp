@@ -1,4 +1,4 @@
-// VdbFile on grids made here: value types, bad values, transforms.
+// VolumeFile on grids made here: value types, bad values, transforms.
 
 #include <openvdb/tools/Interpolation.h>
 
@@ -22,7 +22,7 @@ TEST(VdbValues, PercentilesAreOfActiveVoxelsAndATileCountsAsItsVoxels) {
   grid->tree().setValueOff(Coord(0, 1, 0), 1000);
   ReadOptions options{.role = GridRole::data, .percentiles = {0, 1, 50, 100}};
   const auto percentiles = [&] {
-    return VdbFile(write_vdb({grid})).read("g", options).active_percentiles;
+    return VolumeFile(write_vdb({grid})).read("g", options).active_percentiles;
   };
   using Percentiles = std::map<double, double>;
   EXPECT_EQ(percentiles(), (Percentiles{{0, -20}, {1, -20}, {50, 29}, {100, 79}}));
@@ -40,7 +40,7 @@ TEST(VdbValues, PercentilesAreOfActiveVoxelsAndATileCountsAsItsVoxels) {
 /// The file is OpenVDB 13's, whose program set voxels (i, 2 i, 3) to (i + 1) / 10 and a tile of 8
 /// voxels at (32, 0, 0) to 0.7.
 TEST(VdbValues, GridsOfHalfFloatsAreRead) {
-  const VdbFile vdb(test::assets_dir().parent_path() / "tests/recorded/openvdb-13-half.vdb");
+  const VolumeFile vdb(test::assets_dir().parent_path() / "tests/recorded/openvdb-13-half.vdb");
   EXPECT_EQ(FieldVoxels(vdb.read("float")).voxel({1, 2, 3}, 0), 4.0);
   EXPECT_EQ(vdb.info().at(0).value_type, "half");
   const Field field = vdb.read("density");
@@ -65,7 +65,7 @@ TEST(VdbValues, BadValuesAreReplacedAndCounted) {
   tree.addTile(1, Coord(32, 0, 0), kInfinity, true);
   tree.addTile(1, Coord(48, 0, 0), kNan, true);
   tree.addTile(1, Coord(64, 0, 0), 6.5f, true);
-  const VdbFile vdb(write_vdb({grid}));
+  const VolumeFile vdb(write_vdb({grid}));
   const Field field = vdb.read("x");
   ASSERT_EQ(field.notices.size(), 1u);
   EXPECT_EQ(field.notices[0],
@@ -100,7 +100,7 @@ TEST(VdbValues, FillValuesAreNoData) {
     ReadOptions options = more;
     options.role = role;
     options.absent = true;
-    return VdbFile(write_vdb({grid})).read("x", options);
+    return VolumeFile(write_vdb({grid})).read("x", options);
   };
   const float most = std::numeric_limits<float>::max();
   // ends of float32, climate models, scanners, many programs
@@ -134,7 +134,7 @@ TEST(VdbValues, InfoCountsFillValuesApart) {
     const auto grid = named<FloatGrid>("x");
     for (int i = 0; i < 1000; ++i)
       grid->tree().setValue(Coord(i / 100, i / 10 % 10, i % 10), i < 100 ? fill : float(i));
-    const GridInfo row = VdbFile(write_vdb({grid})).info().at(0);
+    const GridInfo row = VolumeFile(write_vdb({grid})).info().at(0);
     EXPECT_EQ(row.values->least, 100);
     EXPECT_EQ(row.values->greatest, 999);
     EXPECT_NEAR(row.values->mean, 549.5, 1e-9);  // rounding of a thousand sums
@@ -145,13 +145,13 @@ TEST(VdbValues, InfoCountsFillValuesApart) {
 
 TEST(VdbValues, InfinityAloneBecomesOne) {
   const auto grid = voxel<openvdb::DoubleGrid>("x", std::numeric_limits<double>::infinity());
-  const Field field = VdbFile(write_vdb({grid})).read("x");
+  const Field field = VolumeFile(write_vdb({grid})).read("x");
   EXPECT_EQ(FieldVoxels(field).voxel({0, 0, 0}, 0), 1.0);
   EXPECT_EQ(field.notices.at(0), "grid 'x': 1 +Inf taken as 1");
 }
 
 TEST(VdbValues, ALevelSetOfDoublesIsThatOfFloats) {
-  const VdbFile vdb(write_vdb(
+  const VolumeFile vdb(write_vdb(
       {level_set_ball<FloatGrid>("floats"), level_set_ball<openvdb::DoubleGrid>("doubles")}));
   for (const bool distances : {false, true}) {
     const ReadOptions options{.role = GridRole::data, .distances = distances};
@@ -178,7 +178,7 @@ TEST(VdbValues, ALevelSetOfDoublesIsThatOfFloats) {
 TEST(VdbValues, AFogOfTheLevelSetsClassIsAFog) {
   const auto fog = of_class(named("density"), openvdb::GRID_LEVEL_SET);
   fog->fill(openvdb::CoordBBox(Coord(0), Coord(7)), 0.5f);
-  const VdbFile vdb(write_vdb({fog}));
+  const VolumeFile vdb(write_vdb({fog}));
   for (const bool distances : {false, true}) {
     const Field field = vdb.read("density", {.role = GridRole::data, .distances = distances});
     EXPECT_EQ(field.half_width, 0);
@@ -204,7 +204,7 @@ TEST(VdbTransforms, AffineTransformsAreTheMatrixThatOpenVdbApplies) {
   for (const Transform::Ptr& transform : transforms) {
     const auto grid = voxel("density", 1);
     grid->setTransform(transform);
-    const VdbFile vdb(write_vdb({grid}));
+    const VolumeFile vdb(write_vdb({grid}));
     const Field field = vdb.read("density");
     for (const glm::dvec3 p : {glm::dvec3(0, 0, 0), glm::dvec3(4, -7, 0.5)}) {
       const auto expected = transform->indexToWorld(openvdb::Vec3d(p.x, p.y, p.z));
@@ -231,7 +231,7 @@ TEST(VdbTransforms, AFrustumIsResampledIntoCubicVoxels) {
   auto counts = named<openvdb::Int32Grid>("counts");
   counts->setTransform(frustum);
   counts->tree().fill(CoordBBox(Coord(4), Coord(16)), 8);
-  const VdbFile vdb(write_vdb({grid, counts}));
+  const VolumeFile vdb(write_vdb({grid, counts}));
   EXPECT_EQ(vdb.info().at(0).problem, "");
   EXPECT_EQ(vdb.info().at(0).transform, "NonlinearFrustumMap");
 

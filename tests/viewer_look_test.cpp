@@ -20,7 +20,7 @@ namespace {
 /// world's.
 Scene auto_scene(Scene scene) {
   scene.look = "auto";
-  scene = with_look(scene, VdbFile(scene.input)).scene;
+  scene = with_look(scene, VolumeFile(scene.input)).scene;
   scene.lights.clear();
   return scene;
 }

@@ -265,7 +265,7 @@ TEST(Volumes, HaveTheLooksOfTheirFiles) {
   Scene scene = scene_with({assets + "blobs.vdb"});
   scene.look.clear();
   scene.luminance.reset();
-  const OpenedScene opened = open_scene(scene, VdbFile(scene.input), {.open_look = "auto"});
+  const OpenedScene opened = open_scene(scene, VolumeFile(scene.input), {.open_look = "auto"});
   EXPECT_TRUE(has(opened.view.scene.volumes[0], "emission-grid=temperature"));
 }
 

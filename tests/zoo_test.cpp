@@ -248,7 +248,7 @@ void expect_drawn(const Animal& animal) {
     std::filesystem::copy_file(scene.input, std::filesystem::path(folder) / (animal.name + ".vdb"),
                                std::filesystem::copy_options::overwrite_existing);
   try {
-    const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
+    const LookedScene looked = with_look(scene, VolumeFile(scene.input), "auto");
     EXPECT_EQ(looked.look, animal.look);
     EXPECT_EQ(looked.fields.density->name, animal.grid);
     expect_shown(animal.name, looked, animal.floors);
@@ -295,7 +295,7 @@ TEST_F(Zoo, EveryLookIsSeenOnAnyBackground) {
     scene.tolerance = 3e-3;
     for (const char* color : {"white", "black", "#ff8000"}) {
       set_parameter(scene, "background", color);
-      const LookedScene looked = with_look(scene, VdbFile(scene.input), "auto");
+      const LookedScene looked = with_look(scene, VolumeFile(scene.input), "auto");
       EXPECT_EQ(looked.look, animal.look) << color;
       Session session(make_view(looked.scene, looked.fields));
       const Image image = session.draw(*Gpu::renderer()).image;

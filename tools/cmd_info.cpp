@@ -53,7 +53,7 @@ double imbalance(const std::vector<Region>& regions) {
 
 /// Prints how the grid that `render` draws would be split. Throws Error(input).
 void print_regions(const std::string& path, int count, bool as_json) {
-  const VdbFile file(path);
+  const VolumeFile file(path);
   const Field field =
       file.read(file.default_grid(), {.role = GridRole::data, .in_file = true, .survey = false});
   const std::vector<Region> regions =

@@ -227,7 +227,7 @@ class RenderJob {
   View read() {
     const Stopwatch watch;
     OpenedScene opened = open_scene(
-        scene_, VdbFile(scene_.input),
+        scene_, VolumeFile(scene_.input),
         {.background = shows_background(call_), .parts = {.allowed = true, .team = team_}});
     if (!alone()) check_scope(call_, opened.looked.scene);
     report_.read_ms = watch.ms();

@@ -157,7 +157,7 @@ void stop_on_interrupt() {
 }
 
 void print_camera(const Scene& scene, const std::string& renderer) {
-  const OpenedScene opened = open_scene(scene, VdbFile(scene.input));
+  const OpenedScene opened = open_scene(scene, VolumeFile(scene.input));
   std::cout << camera_lines(opened.view, renderer);
 }
 
@@ -172,7 +172,7 @@ std::string study_frames(const StudyCall& call, const Scene& scene, const FrameL
   const Progress progress = bar.progress();
   std::vector<StudiedFrame> studied;
   for (const Frame& frame : list.frames) {
-    OpenedScene opened = open_frame(sequence, VdbFile(frame.input), frame.input);
+    OpenedScene opened = open_frame(sequence, VolumeFile(frame.input), frame.input);
     if (opened.looked.fields.density->active_voxels == 0) continue;
     options.folder = folder / formatted("frame.%04lld", static_cast<long long>(frame.number));
     if (progress)
@@ -217,7 +217,7 @@ void study_command(Arguments arguments) {
     return conclude(study_frames(call, scene, list_files(call.sequence, *files), options, bar));
   check_foreign(options, scene);
   check_study_folder(options.folder, options.resume);
-  OpenedScene opened = open_scene(scene, VdbFile(scene.input));
+  OpenedScene opened = open_scene(scene, VolumeFile(scene.input));
   if (!call.quiet) {
     options.say = [&](const std::string& text) { bar.say(text); };
     print_look(opened.looked, false);

@@ -236,7 +236,7 @@ bool CommandLine::read(std::span<const std::string> arguments) {
 bool file_z_is_up(const Scene& scene) {
   if (scene.up_axis != UpAxis::automatic || scene.input.empty()) return scene.up_axis == UpAxis::z;
   const auto files = sequence_files(std::vector{scene.input});
-  return !VdbFile(files ? files->begin()->second : scene.input).z_up().empty();
+  return !VolumeFile(files ? files->begin()->second : scene.input).z_up().empty();
 }
 
 void SceneOptions::add_to(CommandLine& line, const std::vector<std::string>& without) {

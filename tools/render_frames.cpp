@@ -55,7 +55,7 @@ class FrameMaker {
   /// camera follows what they show. Throws Error(input).
   std::optional<Scene> scene_of(const Frame& frame) const {
     if (call_.follow) return {};
-    return moved(frame_scene(sequence_, VdbFile(frame.input), frame.input), frame.number);
+    return moved(frame_scene(sequence_, VolumeFile(frame.input), frame.input), frame.number);
   }
 
   /// Reads a frame; the session of the frame before if that has the same file. `alone`: no other
@@ -64,7 +64,7 @@ class FrameMaker {
     const Stopwatch watch;
     if (last_input_ != frame.input) {
       last_session_.reset();
-      View view = open_frame(sequence_, VdbFile(frame.input), frame.input).view;
+      View view = open_frame(sequence_, VolumeFile(frame.input), frame.input).view;
       if (call_.follow) view = followed(std::move(view));
       last_scene_ = view.scene;
       last_session_ = std::make_shared<Session>(std::move(view), alone);
@@ -95,7 +95,7 @@ class FrameMaker {
     return scene;
   }
 
-  std::shared_ptr<const VdbFile> film_;  ///< see file_of_frame
+  std::shared_ptr<const VolumeFile> film_;  ///< see file_of_frame
   SequenceScene sequence_;
   const RenderCall& call_;
   const CameraPath* path_;

@@ -186,7 +186,7 @@ struct LeafValues;
 /// (0, 0, 0) is the array's first. Blocks of 8^3 voxels that are 0 take no memory, those of another
 /// single value are tiles. Where scalars are below 0, as air in Hounsfield units, or most of the
 /// outermost ones are not 0, what lies beside the array is not 0 but unknown: read as data by a
-/// VdbFile, its domain is the whole array, and no more.
+/// VolumeFile, its domain is the whole array, and no more.
 class DenseField {
  public:
   /// `channels`: 1 or 3. Throws Error(input) if the shape or the transform is refused.
@@ -207,7 +207,7 @@ class DenseField {
   void hold(const ArrayValues& array, std::shared_ptr<const void> owner);
 
   /// The field, after all values. NaN, Inf and negative values are in it as they were given; a
-  /// VdbFile replaces them as those of a file. Throws Error(input) if planes are missing.
+  /// VolumeFile replaces them as those of a file. Throws Error(input) if planes are missing.
   Field finish();
 
  private:

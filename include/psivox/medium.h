@@ -166,7 +166,7 @@ struct KnownSubject {
 struct MediumFields {
   std::shared_ptr<const Field> density, luminance, temperature;
   std::vector<EmissionField> emission{};
-  std::string z_up{};  ///< what tells that the file's Z axis is up, see VdbFile::z_up
+  std::string z_up{};  ///< what tells that the file's Z axis is up, see VolumeFile::z_up
   /// The density to draw, if its values stay in the file and `density` is an overview of it, by
   /// which the view is chosen.
   std::shared_ptr<const Field> drawn{};
@@ -178,11 +178,11 @@ struct MediumFields {
 
 /// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without
 /// active voxels count, as zeros. Throws Error(input), Error(memory).
-MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty = false,
+MediumFields read_fields(const Scene& scene, const VolumeFile& file, bool empty = false,
                          const Parts& parts = {});
 /// The grids of a file that an albedo grid's name stands for: the one of that name, or the three
 /// NAME_r, NAME_g and NAME_b; none if the file has neither.
-std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& name);
+std::vector<std::string> albedo_grids(const VolumeFile& file, const std::string& name);
 /// Reads those of the scene's further volumes into fields.others, if they are not there.
 void read_volumes(const Scene& scene, MediumFields& fields);
 /// Equal for scenes to which read_fields gives the same fields of a file.
@@ -192,7 +192,7 @@ std::string fields_key(const Scene& scene);
 /// stay in the file the picture must be one that is drawn in parts.
 /// Throws Error(input), Error(usage), Error(memory).
 View make_view(const Scene& scene, const MediumFields& fields);
-View make_view(const Scene& scene, const VdbFile& file);
+View make_view(const Scene& scene, const VolumeFile& file);
 
 /// Makes a view of fields in memory; `luminance` may be null.
 View make_view(const Scene& scene, std::shared_ptr<const Field> density,

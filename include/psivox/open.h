@@ -73,7 +73,7 @@ struct LookedScene {
 /// file. Several processes that share a volume choose by an overview of it (docs/performance.md).
 /// What is chosen depends on the values alone, not on how a tree stores them. `background`: whether
 /// the look may set one. Throws Error(input), Error(usage), Error(memory).
-LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open = "plain",
+LookedScene with_look(const Scene& scene, const VolumeFile& file, const std::string& open = "plain",
                       bool background = true, const Parts& parts = {});
 
 /// The scene with settings over the camera of a file (`FILE[:NAME]`; empty: none) over what it has.
@@ -100,7 +100,7 @@ struct OpenedScene {
 
 /// Chooses the scene's look, reads its grids and resolves the rest. Throws Error(input),
 /// Error(usage), Error(memory).
-OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOptions& options = {});
+OpenedScene open_scene(const Scene& scene, const VolumeFile& file, const OpenOptions& options = {});
 
 /// The same for fields at hand, with no look to choose.
 OpenedScene open_scene(const Scene& scene, MediumFields fields);

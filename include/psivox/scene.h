@@ -113,7 +113,7 @@ struct Plane {
 struct Scene {
   std::string input;
   std::string look;  ///< see with_look; empty: not said
-  std::string grid;  ///< empty: the best usable grid, see VdbFile::default_grid
+  std::string grid;  ///< empty: the best usable grid, see VolumeFile::default_grid
   /// Further volumes in the scene, each as "FILE NAME=VALUE ...", see scene_of_volume.
   std::vector<std::string> volumes;
   std::optional<double> background_value;  ///< in place of a grid's own, if that is not 0

@@ -135,10 +135,10 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
 
 /// The scene for one of the sequence's files, without grids of the look that the file lacks. A
 /// further volume whose name has a placeholder is the file of that frame.
-Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path);
+Scene frame_scene(const SequenceScene& sequence, const VolumeFile& file, const std::string& path);
 /// Reads one of the sequence's files for its scene. `empty`: grids without active voxels count, as
 /// zeros. Throws what open_scene throws.
-OpenedScene open_frame(const SequenceScene& sequence, const VdbFile& file, const std::string& path,
-                       bool empty = true);
+OpenedScene open_frame(const SequenceScene& sequence, const VolumeFile& file,
+                       const std::string& path, bool empty = true);
 
 }  // namespace psivox

@@ -96,7 +96,7 @@ struct ReadOptions {
   bool survey = true;
 };
 
-class VdbFile;
+class VolumeFile;
 
 /// `scan.nii.gz[12]` is one frame of a file, unless a file has that name. Elsewhere the whole path
 /// is the file's.
@@ -107,31 +107,31 @@ struct FrameOfFile {
 FrameOfFile frame_of_file(const std::string& path);
 /// The file of a frame: as long as it is held, frames that are read in their order are unpacked
 /// once. Null: the path is a whole file's. Throws Error(input).
-std::shared_ptr<const VdbFile> file_of_frame(const std::string& path);
+std::shared_ptr<const VolumeFile> file_of_frame(const std::string& path);
 
 /// A grid of a file, under the name that it has elsewhere.
 struct NamedGrid {
   std::string name;
-  std::shared_ptr<const VdbFile> file;
+  std::shared_ptr<const VolumeFile> file;
   std::string grid;  ///< as the file has it
 };
 
 /// An open .vdb or .nvdb, a scan (NIfTI, NRRD) or a frame of it (see frame_of_file), or grids in
 /// memory that are used like one. Grids are read on demand; a broken grid does not keep the others
 /// from being read. Its const functions may be called from several threads.
-class VdbFile {
+class VolumeFile {
  public:
   /// `progress` now and then receives the fraction of a grid that has been read. To end the reading
   /// it may throw anything but a std::exception, which would count as the file's error. Throws
   /// Error(input) if the file is missing, has none of these formats, or ends in its header. A
   /// scan's grid is `image`, or `rgb` of colours; of several frames `image[0]`, `image[1]`, ... Its
   /// world has x to the right, y to the front and z up, in the file's unit.
-  explicit VdbFile(const std::filesystem::path& path, Progress progress = {});
+  explicit VolumeFile(const std::filesystem::path& path, Progress progress = {});
   /// A grid in memory, such as make_dense_field's. Its voxels other than 0 are active.
-  explicit VdbFile(std::shared_ptr<const Field> grid);
+  explicit VolumeFile(std::shared_ptr<const Field> grid);
   /// Grids of other files, as if one file had them. Throws Error(usage) if names repeat.
-  explicit VdbFile(std::vector<NamedGrid> grids);
-  ~VdbFile();
+  explicit VolumeFile(std::vector<NamedGrid> grids);
+  ~VolumeFile();
 
   /// Names in file order, as `read` takes them. Reads no voxel, except from files written to a
   /// pipe, which have no directory. Grids without a name are `[0]`, `[1]`, ..., as OpenVDB prints
@@ -206,12 +206,12 @@ class VdbFile {
 /// OpenVDB's version, as its library reports it.
 std::string openvdb_version();
 
-/// From now on every VdbFile that is opened is read in a process of its own: a damaged or hostile
-/// file that makes OpenVDB crash, hang or ask for all memory is an Error(input), and a file that
-/// takes the process over can neither open files nor start programs there.
+/// From now on every VolumeFile that is opened is read in a process of its own: a damaged or
+/// hostile file that makes OpenVDB crash, hang or ask for all memory is an Error(input), and a file
+/// that takes the process over can neither open files nor start programs there.
 ///
 /// To be called at the beginning of main(), before any thread starts: it forks a process that forks
-/// the readers. That process ends with this one. Without this call, VdbFile reads in place, and
+/// the readers. That process ends with this one. Without this call, VolumeFile reads in place, and
 /// such a file can end the program. Throws Error(failure) if the system starts no process.
 void start_guarded_reading();
 
@@ -223,7 +223,7 @@ void start_guarded_reading(const std::filesystem::path& server);
 /// The main() of that program.
 [[noreturn]] void serve_guarded_reading();
 
-/// How VdbFiles are read that are opened from now on, as `--trust` has it.
+/// How VolumeFiles are read that are opened from now on, as `--trust` has it.
 enum class Trust {
   no,         ///< in a guarded process whose calls the kernel restricts, or not at all
   if_needed,  ///< in a guarded process, under the limits that this system has

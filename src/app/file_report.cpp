@@ -18,7 +18,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-GridReport describe(const VdbFile& file, const std::string& path, const GridInfo& grid) {
+GridReport describe(const VolumeFile& file, const std::string& path, const GridInfo& grid) {
   GridReport row{grid};
   if (!grid.problem.empty() || !grid.values_read) return row;
   try {
@@ -216,7 +216,7 @@ const std::vector<std::string>& chosen_by_auto() {
 FileReport report_of(const std::string& path, bool values) {
   FileReport report;
   report.path = path;
-  const VdbFile file(path);
+  const VolumeFile file(path);
   report.bytes = std::filesystem::file_size(frame_of_file(path).file);
   report.metadata = file.metadata();
   report.z_up = file.z_up();

@@ -312,7 +312,7 @@ void Session::Impl::start_over() {
   kept_part.forget();
   lighting.forget();
   if (std::exchange(lacks_values, false))
-    view.medium = make_view(view.scene, read_fields(view.scene, VdbFile(view.scene.input), false,
+    view.medium = make_view(view.scene, read_fields(view.scene, VolumeFile(view.scene.input), false,
                                                     {.allowed = true}))
                       .medium;
 }
@@ -359,7 +359,7 @@ Session::Session(const Scene& scene)
         const Scene complete = with_default_tolerance(scene);
         validate(complete);
         return make_view(complete,
-                         read_fields(complete, VdbFile(scene.input), false, {.allowed = true}));
+                         read_fields(complete, VolumeFile(scene.input), false, {.allowed = true}));
       }()) {}
 Session::Session(Session&&) noexcept = default;
 Session& Session::operator=(Session&&) noexcept = default;

@@ -147,7 +147,7 @@ void choose_balance(Choosing& all) {
 
 void choose_colors(Choosing& all) {
   all.view.reset();
-  const VdbFile& file = all.fields.file();
+  const VolumeFile& file = all.fields.file();
   const std::string grid = vector_part(file, density_grid(all.scene, file)).grid;
   all.scene.grid = grid + ":active";
   all.scene.luminance_grid = grid;
@@ -217,7 +217,7 @@ std::optional<glm::dvec3> dark_hue(const MediumFields& fields) {
 
 /// A file's colours are what its smoke scatters.
 void choose_albedo(Choosing& all) {
-  const VdbFile& file = all.fields.file();
+  const VolumeFile& file = all.fields.file();
   if (!all.scene.albedo_grid.empty() || !all.scene.lit()) return;
   for (const char* word : color_words) {
     const std::string whole = grid_saying(file, word, 3), name = whole.empty() ? word : whole;
@@ -303,7 +303,7 @@ FieldKind& KeptFields::kind(const std::shared_ptr<const Field>& density) {
   return *kind_;
 }
 
-std::string density_grid(const Scene& scene, const VdbFile& file) {
+std::string density_grid(const Scene& scene, const VolumeFile& file) {
   return scene.grid.empty() ? file.default_grid() : scene.grid;
 }
 
@@ -313,13 +313,13 @@ void choose(const std::string& name, Choosing& all) {
   std::ranges::find(choices, name, &Choice::name)->make(all);
 }
 
-std::string flame_grid(const VdbFile& file) {
+std::string flame_grid(const VolumeFile& file) {
   for (const char* word : std::span(glowing_words).first(flames))
     if (std::string grid = grid_saying(file, word, 1); !grid.empty()) return grid;
   return {};
 }
 
-Flame find_flame(const VdbFile& file, const std::string& density) {
+Flame find_flame(const VolumeFile& file, const std::string& density) {
   for (std::size_t n = 0; n < std::size(glowing_words); ++n) {
     const std::string grid = grid_saying(file, glowing_words[n], 1);
     const bool burns = n < flames;
@@ -336,7 +336,7 @@ Flame find_flame(const VdbFile& file, const std::string& density) {
   return {};
 }
 
-void set_flame(const Scene& asked, const VdbFile& file, const Flame& flame, Scene& scene) {
+void set_flame(const Scene& asked, const VolumeFile& file, const Flame& flame, Scene& scene) {
   Scene glowing = scene;
   const auto set = [&](const char* name, auto Scene::*member, const auto& value) {
     if (!is_given(asked, name)) glowing.*member = value;

@@ -26,25 +26,25 @@ struct Flame {
 };
 
 /// The file's grid of a flame, by its name; empty if it has none.
-std::string flame_grid(const VdbFile& file);
+std::string flame_grid(const VolumeFile& file);
 
 /// What glows beside a file's density: its flame, if it has a grid of that name; else its heat.
 /// Nothing glows where no value is above 0.
-Flame find_flame(const VdbFile& file, const std::string& density);
+Flame find_flame(const VolumeFile& file, const std::string& density);
 
 /// Sets the emission that `asked` leaves open to black bodies over a flame. Values above 200 are
 /// Kelvin; others become 800 K at 0 and 2300 K at the greatest. The emission's scale makes the
 /// brightest hundredth of what glows four times as bright as white, which a filmic curve shows as
 /// nearly white with red edges. A flame that the camera does not see
 /// sets nothing.
-void set_flame(const Scene& asked, const VdbFile& file, const Flame& flame, Scene& scene);
+void set_flame(const Scene& asked, const VolumeFile& file, const Flame& flame, Scene& scene);
 
 /// Fields of a file, read again only for a scene that needs others.
 class KeptFields {
  public:
-  KeptFields(const VdbFile& file, const Parts& parts) : file_(file), parts_(parts) {}
+  KeptFields(const VolumeFile& file, const Parts& parts) : file_(file), parts_(parts) {}
 
-  const VdbFile& file() const { return file_; }
+  const VolumeFile& file() const { return file_; }
   /// The fields by which a view is chosen, all of them to be drawn too.
   const MediumFields& of(const Scene& scene);
   /// Keeps what a view of them tells those that follow.
@@ -59,7 +59,7 @@ class KeptFields {
   FieldKind& kind(const std::shared_ptr<const Field>& density);
 
  private:
-  const VdbFile& file_;
+  const VolumeFile& file_;
   const Parts& parts_;
   std::optional<MediumFields> fields_;
   std::shared_ptr<const Field> drawn_;  ///< see MediumFields
@@ -78,7 +78,7 @@ struct Choosing {
 };
 
 /// The grid that attenuates: the scene's, or the file's best.
-std::string density_grid(const Scene& scene, const VdbFile& file);
+std::string density_grid(const Scene& scene, const VolumeFile& file);
 
 /// Names in a look's list `choose`; see with_look.
 std::vector<std::string> choice_names();

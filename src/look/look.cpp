@@ -167,7 +167,7 @@ std::string look_of_scan(const Scene& scene, KeptFields& fields) {
 
 /// The name of the look that suits a file.
 std::string suitable_look(const Scene& scene, KeptFields& fields) {
-  const VdbFile& file = fields.file();
+  const VolumeFile& file = fields.file();
   if (const std::string look = info(scene.mode).look; !look.empty() && look != "auto") {
     if (!scene.shows(Shows::value)) return look;
     return fields.kind(scene).is_labels() ? "labels" : look;
@@ -262,7 +262,7 @@ void face_layer(const Scene& asked, const MediumFields& fields, Scene& scene) {
   scene.elevation = glm::degrees(std::asin(std::clamp(glm::dot(normal, up), -1.0, 1.0)));
 }
 
-std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
+std::vector<std::string> unused(const VolumeFile& file, const MediumFields& fields,
                                 const Scene& scene) {
   std::vector<std::string> names;
   if (file.metadata().contains("frames")) return names;  // reading names the one that is drawn
@@ -282,10 +282,10 @@ std::vector<std::string> unused(const VdbFile& file, const MediumFields& fields,
 }
 
 /// Whether its world has a patient's right, front and head along x, y and z.
-bool is_of_patient(const VdbFile& file) { return file.z_up().find("scan") != std::string::npos; }
+bool is_of_patient(const VolumeFile& file) { return file.z_up().find("scan") != std::string::npos; }
 
 /// Whether the default camera takes Y as up although nothing says so.
-bool guesses_up(const Scene& scene, const VdbFile& file) {
+bool guesses_up(const Scene& scene, const VolumeFile& file) {
   if (scene.up_axis != UpAxis::automatic || scene.camera_up || scene.camera_position) return false;
   const auto creator = file.metadata().find("creator");
   const bool y_up = creator != file.metadata().end() && creator->second.starts_with("Houdini");
@@ -352,7 +352,7 @@ Scene without_look(Scene scene) {
   return scene;
 }
 
-LookedScene with_look(const Scene& scene, const VdbFile& file, const std::string& open,
+LookedScene with_look(const Scene& scene, const VolumeFile& file, const std::string& open,
                       bool background, const Parts& parts) {
   limit_claims(scene.memory_limit);
   LookedScene result{scene, scene.look.empty() ? "plain" : scene.look, {}, {}, {}};

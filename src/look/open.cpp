@@ -37,7 +37,7 @@ void check_picture(const Scene& scene, const std::vector<std::string>& layers) {
 namespace {
 
 /// What tells that a further volume lies on its side; empty if nothing does.
-std::string lying_notice(const Scene& own, const VdbFile& file, const LookedScene& first) {
+std::string lying_notice(const Scene& own, const VolumeFile& file, const LookedScene& first) {
   const bool z_is_up =
       own.up_axis == UpAxis::z || (own.up_axis == UpAxis::automatic && !first.fields.z_up.empty());
   if (file.z_up().empty() || z_is_up || own.rotate != Scene{}.rotate) return {};
@@ -50,7 +50,7 @@ std::string lying_notice(const Scene& own, const VdbFile& file, const LookedScen
 void add_volume(const Scene& scene, std::string text, const std::string& open_look,
                 LookedScene& looked) {
   const Scene own = scene_of_volume(scene, text);
-  const VdbFile file(own.input);
+  const VolumeFile file(own.input);
   LookedScene of_file = with_look(own, file, open_look);
   for (const Setting& setting : of_file.settings)
     if (may_be_of_volume(*find_parameter(setting.name)))
@@ -69,7 +69,7 @@ void add_volume(const Scene& scene, std::string text, const std::string& open_lo
 
 }  // namespace
 
-OpenedScene open_scene(const Scene& scene, const VdbFile& file, const OpenOptions& options) {
+OpenedScene open_scene(const Scene& scene, const VolumeFile& file, const OpenOptions& options) {
   Scene first = scene;
   first.volumes.clear();
   if (!scene.volumes.empty()) first.given.insert("mode");  // several are no surface

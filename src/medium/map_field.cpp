@@ -197,7 +197,7 @@ Field spread_colors(const Field& colors, const Field& active) {
   return result;
 }
 
-VectorPart vector_part(const VdbFile& file, const std::string& name) {
+VectorPart vector_part(const VolumeFile& file, const std::string& name) {
   const int channels = file.channels(name);
   if (channels == 3) return {name, "length"};
   const std::size_t colon = name.rfind(':');

@@ -78,7 +78,7 @@ struct VectorPart {
 /// The meaning of --grid: `velocity:x`, `velocity:active`, or a grid's name. The length if the grid
 /// has vectors and no part is named. Throws Error(input) if x, y, z or length of a scalar grid is
 /// named.
-VectorPart vector_part(const VdbFile& file, const std::string& name);
+VectorPart vector_part(const VolumeFile& file, const std::string& name);
 
 /// The scalar field, called `velocity:x`.
 Field part_of_vectors(const Field& vectors, const VectorPart& part);

@@ -263,7 +263,7 @@ bool KnownSubject::serves(const Medium& medium, Mode seen_by) const {
          surfaces == medium.surfaces && medium.emission.empty() && medium.others.empty();
 }
 
-View make_view(const Scene& scene, const VdbFile& file) {
+View make_view(const Scene& scene, const VolumeFile& file) {
   validate(scene);
   return make_view(scene, read_fields(scene, file));
 }

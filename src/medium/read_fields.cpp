@@ -50,8 +50,8 @@ std::shared_ptr<const Field> at_level(const Scene& scene, Field field, bool is_c
   return std::make_shared<const Field>(std::move(coarse));
 }
 
-std::shared_ptr<const Field> read(const Scene& scene, const VdbFile& file, const std::string& grid,
-                                  const ReadOptions& options) {
+std::shared_ptr<const Field> read(const Scene& scene, const VolumeFile& file,
+                                  const std::string& grid, const ReadOptions& options) {
   Field field = file.read(grid, options);
   if (options.role == GridRole::luminance) field = linear_colors(std::move(field));
   return at_level(scene, std::move(field));
@@ -62,7 +62,7 @@ ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
       .role = role, .strict = scene.strict, .empty = empty, .background = scene.background_value};
 }
 
-Field read_scalar_density(const Scene& scene, const VdbFile& file, const std::string& name,
+Field read_scalar_density(const Scene& scene, const VolumeFile& file, const std::string& name,
                           ReadOptions& options, const Parts& parts) {
   options.distances = scene.shows(Shows::surface);
   if (scene.range)
@@ -86,7 +86,7 @@ std::string lost_identity(const Field& field) {
          ": its whole numbers above 16777216 are rounded to those that float32 has";
 }
 
-Field read_density(const Scene& scene, const VdbFile& file, const std::string& name, bool data,
+Field read_density(const Scene& scene, const VolumeFile& file, const std::string& name, bool data,
                    bool empty, const Parts& parts) {
   const VectorPart part = vector_part(file, name);
   ReadOptions options =
@@ -127,7 +127,8 @@ std::uint64_t grid_memory(const Scene& scene) {
   return std::max(limit > others ? limit - others : 0, std::min(limit, least_memory));
 }
 
-MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, const Parts& parts) {
+MediumFields read_fields(const Scene& scene, const VolumeFile& file, bool empty,
+                         const Parts& parts) {
   MediumFields fields;
   fields.z_up = file.z_up();
   const bool data =
@@ -198,11 +199,11 @@ MediumFields read_fields(const Scene& scene, const VdbFile& file, bool empty, co
 void read_volumes(const Scene& scene, MediumFields& fields) {
   while (fields.others.size() < scene.volumes.size()) {
     const Scene own = scene_of_volume(scene, scene.volumes[fields.others.size()]);
-    fields.others.push_back(read_fields(own, VdbFile(own.input)));
+    fields.others.push_back(read_fields(own, VolumeFile(own.input)));
   }
 }
 
-std::vector<std::string> albedo_grids(const VdbFile& file, const std::string& name) {
+std::vector<std::string> albedo_grids(const VolumeFile& file, const std::string& name) {
   if (file.channels(name) > 0) return {name};
   std::vector<std::string> names;
   for (const char* channel : {"r", "g", "b"}) {

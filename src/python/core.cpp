@@ -245,7 +245,7 @@ void define_pictures(py::module_& m) {
 
 void define_drawings(py::module_& m) {
   py::class_<Drawing>(m, "Drawing")
-      .def(py::init([](const std::shared_ptr<VdbFile>& file, const SceneWords& words) {
+      .def(py::init([](const std::shared_ptr<VolumeFile>& file, const SceneWords& words) {
         return run([&] { return std::make_unique<Drawing>(file, words); });
       }))
       .def("draw",
@@ -291,7 +291,7 @@ void define_drivers(py::module_& m) {
 void define_studies(py::module_& m) {
   m.def("sweep_lists", [] { return names_in(sweep_lists(), &SweepList::name); });
   m.def("swept_parameters", &swept_parameters);
-  m.def("study", [](const std::shared_ptr<VdbFile>& file, const SceneWords& words,
+  m.def("study", [](const std::shared_ptr<VolumeFile>& file, const SceneWords& words,
                     const std::string& folder, const std::map<std::string, std::string>& lists,
                     const std::vector<std::tuple<std::string, std::string, double>>& foreign,
                     int repeats, bool split, bool resume, const py::object& report) {

@@ -63,7 +63,7 @@ bool SceneWords::give(const std::string& name) const {
   return std::ranges::any_of(settings, [&](const auto& setting) { return setting.first == name; });
 }
 
-Scene scene_of(const SceneWords& words, const VdbFile& file, Scene scene) {
+Scene scene_of(const SceneWords& words, const VolumeFile& file, Scene scene) {
   if (!words.base.empty()) scene = scene_from_json(words.base);
   if (!words.base_file.empty()) scene = read_scene_file(words.base_file).scene;
   std::vector<Setting> settings;
@@ -88,7 +88,7 @@ std::vector<std::string> write(const Picture& picture, const std::string& path,
   return write_picture(image, scene, picture.legend, picture.renderer, file).notices;
 }
 
-Drawing::Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words)
+Drawing::Drawing(std::shared_ptr<const VolumeFile> file, const SceneWords& words)
     : file_(std::move(file)),
       given_(scene_of(words, *file_)),
       gives_background_(words.give("background")) {
@@ -221,7 +221,7 @@ void Drawing::close() {
   lease_.reset();
 }
 
-View study_view(const VdbFile& file, const SceneWords& words) {
+View study_view(const VolumeFile& file, const SceneWords& words) {
   return open_scene(scene_of(words, file), file).view;
 }
 

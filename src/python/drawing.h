@@ -57,7 +57,7 @@ struct SceneWords {
 };
 
 /// The scene for a file. Throws Error(usage), Error(input).
-Scene scene_of(const SceneWords& words, const VdbFile& file, Scene scene = {});
+Scene scene_of(const SceneWords& words, const VolumeFile& file, Scene scene = {});
 
 /// What one picture is to have beside its scene.
 struct PictureWords {
@@ -87,7 +87,7 @@ std::vector<std::string> write(const Picture& picture, const std::string& path,
 /// A volume in a look that is chosen once, and what its pictures share. Any thread may draw.
 class Drawing {
  public:
-  Drawing(std::shared_ptr<const VdbFile> file, const SceneWords& words);
+  Drawing(std::shared_ptr<const VolumeFile> file, const SceneWords& words);
   ~Drawing() { close(); }
 
   /// The scene with these words over the drawing's own. Where the medium depends on them it is made
@@ -110,7 +110,7 @@ class Drawing {
 
   std::mutex mutex_;
   std::atomic<std::thread::id> drawing_{};  ///< the thread that draws
-  std::shared_ptr<const VdbFile> file_;
+  std::shared_ptr<const VolumeFile> file_;
   Scene given_;              ///< of the constructor
   bool gives_background_;    ///< so that a look's is not wanted
   Scene prepared_, looked_;  ///< of the look: the scene that it was chosen for, and in it
@@ -122,6 +122,6 @@ class Drawing {
 };
 
 /// The view of a study, in the look of a picture.
-View study_view(const VdbFile& file, const SceneWords& words);
+View study_view(const VolumeFile& file, const SceneWords& words);
 
 }  // namespace psivox::python

@@ -35,7 +35,7 @@ std::shared_ptr<const void> kept(const py::object& object) {
 }
 
 /// All voxels of a grid's active box: x, y, z and, of vectors, the component.
-py::array_t<float> dense_values(const VdbFile& file, const std::string& grid) {
+py::array_t<float> dense_values(const VolumeFile& file, const std::string& grid) {
   const Field field = run([&] { return file.read(grid, {.role = GridRole::data}); });
   const Box& box = field.active_box;
   const glm::ivec3 size = box.max - box.min + 1;
@@ -54,7 +54,7 @@ py::array_t<float> dense_values(const VdbFile& file, const std::string& grid) {
 }
 
 /// Where a grid lies, as a dict; None: there is no such grid.
-py::object place_of(const VdbFile& file, const std::string& name) {
+py::object place_of(const VolumeFile& file, const std::string& name) {
   const auto rows = run([&] { return file.info(false); });
   for (const GridInfo& row : rows) {
     if (row.name != name && row.name != name + "[0]") continue;  // of several, the first
@@ -73,26 +73,26 @@ py::object place_of(const VdbFile& file, const std::string& name) {
 }  // namespace
 
 void define_grids(py::module_& m) {
-  py::class_<VdbFile, std::shared_ptr<VdbFile>>(m, "File")
+  py::class_<VolumeFile, std::shared_ptr<VolumeFile>>(m, "File")
       .def(py::init([](const std::string& path) {
         const Progress interruptible = reporting(py::none());
-        return run([&] { return std::make_shared<VdbFile>(path, interruptible); });
+        return run([&] { return std::make_shared<VolumeFile>(path, interruptible); });
       }))
-      .def_property_readonly("names", &VdbFile::names)
-      .def("channels", &VdbFile::channels)
+      .def_property_readonly("names", &VolumeFile::names)
+      .def("channels", &VolumeFile::channels)
       .def("default_grid",
-           [](const VdbFile& file) { return run([&] { return file.default_grid(); }); })
+           [](const VolumeFile& file) { return run([&] { return file.default_grid(); }); })
       .def("values", &dense_values)
       .def("place", &place_of);
-  m.def(
-      "gather",
-      [](const std::vector<std::tuple<std::string, std::shared_ptr<VdbFile>, std::string>>& grids) {
-        return run([&] {
-          std::vector<NamedGrid> named;
-          for (const auto& [name, file, grid] : grids) named.push_back({name, file, grid});
-          return std::make_shared<VdbFile>(std::move(named));
+  m.def("gather",
+        [](const std::vector<std::tuple<std::string, std::shared_ptr<VolumeFile>, std::string>>&
+               grids) {
+          return run([&] {
+            std::vector<NamedGrid> named;
+            for (const auto& [name, file, grid] : grids) named.push_back({name, file, grid});
+            return std::make_shared<VolumeFile>(std::move(named));
+          });
         });
-      });
   py::class_<DenseField>(m, "DenseField")
       .def(py::init([](const std::string& name, const std::array<int, 3>& shape, int channels,
                        const std::array<double, 12>& rows) {
@@ -114,7 +114,7 @@ void define_grids(py::module_& m) {
            })
       .def("finish", [](DenseField& field) {
         return run([&] {
-          return std::make_shared<VdbFile>(std::make_shared<const Field>(field.finish()));
+          return std::make_shared<VolumeFile>(std::make_shared<const Field>(field.finish()));
         });
       });
   m.def("info",

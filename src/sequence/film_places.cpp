@@ -30,7 +30,7 @@ std::pair<glm::dvec3, glm::dvec3> placed_box(const glm::dmat4& m, const GridPlac
 
 }  // namespace
 
-GridPlace density_place(const Scene& scene, const VdbFile& file) {
+GridPlace density_place(const Scene& scene, const VolumeFile& file) {
   const std::string grid = scene.grid.empty() ? file.default_grid(/*empty=*/true) : scene.grid;
   return file.place(vector_part(file, grid).grid);
 }
@@ -40,7 +40,7 @@ std::vector<FilePlace> places_of(const Scene& scene, std::span<const std::string
   const std::size_t step = 1 + files.size() / most_headers;
   for (std::size_t n = 0; n < files.size(); n += step) try {
       if (!frame_of_file(files[n]).frame.empty()) continue;  // of a scan, which tells nothing
-      places.push_back({files[n], density_place(scene, VdbFile(files[n]))});
+      places.push_back({files[n], density_place(scene, VolumeFile(files[n]))});
     } catch (const Error&) {  // drawing it will say why
     }
   return places;

@@ -13,7 +13,7 @@
 namespace psivox {
 
 /// The place of the scene's density, or of what `auto` takes for it.
-GridPlace density_place(const Scene& scene, const VdbFile& file);
+GridPlace density_place(const Scene& scene, const VolumeFile& file);
 
 /// Where the density of a file is.
 struct FilePlace {

@@ -111,7 +111,7 @@ std::string first_sequence(std::span<const std::string> paths) {
 /// The frames of a scan, from 0 on; unset if it has one, or cannot be read.
 std::optional<SequenceFiles> frames_within(const std::string& path) {
   try {
-    const VdbFile file(path);
+    const VolumeFile file(path);
     if (!file.metadata().contains("frames")) return {};
     SequenceFiles files;
     for (const std::string& name : file.names())
@@ -128,7 +128,7 @@ constexpr std::size_t most_surveyed = 64, most_read = 1 << 26;
 /// Voxels that burn; unset if the file has no grid of a flame, or cannot be read.
 std::optional<std::uint64_t> burning_voxels(const std::string& path) {
   try {
-    const VdbFile file(path);
+    const VolumeFile file(path);
     if (const std::string flame = flame_grid(file); !flame.empty()) {
       const GridContent content = file.content(flame);
       return content.nothing.empty() ? content.active_voxels : 0;
@@ -141,7 +141,7 @@ std::optional<std::uint64_t> burning_voxels(const std::string& path) {
 /// The greatest value of a file's flame; 0 if it cannot be read.
 double greatest_flame(const std::string& path) {
   try {
-    return find_flame(VdbFile(path), "").greatest;
+    return find_flame(VolumeFile(path), "").greatest;
   } catch (const Error&) {  // drawing it will say why
     return 0;
   }

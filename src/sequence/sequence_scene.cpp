@@ -23,7 +23,7 @@ struct Sample {
 };
 
 /// Whether a file has the side grid that an option of the scene names.
-bool has_grid(const VdbFile& file, const Scene& scene, const std::string& option) {
+bool has_grid(const VolumeFile& file, const Scene& scene, const std::string& option) {
   return !albedo_grids(file, parameter_text(scene, option)).empty();
 }
 
@@ -32,15 +32,16 @@ std::vector<std::string> named_grids(const Scene& scene, std::span<const std::st
   std::vector<std::string> options;
   for (const Parameter& p : parameters())
     if (names_side_grid(p) && !has_default(scene, p) &&
-        std::ranges::any_of(
-            paths, [&](const std::string& path) { return has_grid(VdbFile(path), scene, p.name); }))
+        std::ranges::any_of(paths, [&](const std::string& path) {
+          return has_grid(VolumeFile(path), scene, p.name);
+        }))
       options.push_back(p.name);
   return options;
 }
 
 /// The scene for a file of the sequence: placed in the domain of all, with the files of that frame
 /// as further volumes, and without those of the side grids that the file lacks.
-Scene scene_for(Scene scene, const VdbFile& file, const std::string& path,
+Scene scene_for(Scene scene, const VolumeFile& file, const std::string& path,
                 std::span<const std::string> side_grids,
                 const std::optional<AdaptiveDomain>& adaptive) {
   if (adaptive) scene = adaptive->placed(std::move(scene), density_place(scene, file));
@@ -67,7 +68,7 @@ struct SampleOptions {
 };
 
 Sample sample_of(const Scene& scene, const std::string& path, const SampleOptions& options) {
-  const VdbFile file(path);
+  const VolumeFile file(path);
   const Scene own = scene_for(scene, file, path, options.side_grids, options.adaptive);
   auto [looked, view] = open_scene(own, file, {options.open_look, options.background});
   // with what their looks have added, but as the sequence names them
@@ -105,7 +106,7 @@ std::string common_look(const std::vector<Sample>& samples) {
 std::string common_grid(std::span<const std::string> paths) {
   std::vector<std::string> grids;
   for (const std::string& path : paths)
-    if (const VdbFile file(path); !file.names().empty())
+    if (const VolumeFile file(path); !file.names().empty())
       grids.push_back(file.default_grid(/*empty=*/true));
   if (std::ranges::any_of(grids, says_density))
     std::erase_if(grids, [](const std::string& grid) { return !says_density(grid); });
@@ -192,7 +193,7 @@ Subject all_subjects(const std::vector<Sample>& samples) {
 std::optional<std::uint64_t> active_voxels(Scene scene, const std::string& path) {
   try {
     scene.input = path;
-    const VdbFile file(path);
+    const VolumeFile file(path);
     file.check_whole();
     return read_fields(scene, file, true).density->active_voxels;
   } catch (const Error& error) {
@@ -259,7 +260,7 @@ std::vector<Sample> samples_of(const Scene& scene, std::vector<std::string>& pat
 double least_exposure(const SequenceScene& sequence, std::span<const std::string> paths) {
   std::optional<double> least;
   for (const std::string& path : paths) {
-    const VdbFile file(path);
+    const VolumeFile file(path);
     const Scene one = frame_scene(sequence, file, path);
     const Image draft = draft_picture(one, read_fields(one, file, /*empty=*/true));
     if (std::ranges::all_of(draft.rgba(), [](float value) { return value == 0; })) continue;
@@ -317,7 +318,7 @@ SequenceScene resolve_sequence(const Scene& scene, std::span<const std::string> 
   Subject all = all_subjects(samples);
   if (headers == Headers::seen)
     for (const std::string& path : far_files(common, places, paths, options.adaptive)) try {
-        add_subject(*open_frame(result, VdbFile(path), path).view.subject, all);
+        add_subject(*open_frame(result, VolumeFile(path), path).view.subject, all);
       } catch (const Error& error) {  // drawing it will say why
         if (error.code() != ExitCode::input) throw;
       }
@@ -341,12 +342,12 @@ std::vector<std::string> chosen_grids(const Scene& asked, const Scene& shown) {
   return names;
 }
 
-Scene frame_scene(const SequenceScene& sequence, const VdbFile& file, const std::string& path) {
+Scene frame_scene(const SequenceScene& sequence, const VolumeFile& file, const std::string& path) {
   return scene_for(sequence.scene, file, path, sequence.chosen_grids, sequence.adaptive);
 }
 
-OpenedScene open_frame(const SequenceScene& sequence, const VdbFile& file, const std::string& path,
-                       bool empty) {
+OpenedScene open_frame(const SequenceScene& sequence, const VolumeFile& file,
+                       const std::string& path, bool empty) {
   const Scene scene = frame_scene(sequence, file, path);
   return open_scene(scene, read_fields(scene, file, empty));
 }

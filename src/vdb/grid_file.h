@@ -144,7 +144,7 @@ class FileGrid {
   bool marked_;
 };
 
-/// Reads a grid, as Reader::read does; VdbFile::read says what is thrown.
+/// Reads a grid, as Reader::read does; VolumeFile::read says what is thrown.
 Field read_grid(GridFile& file, const GridEntry& entry, const ReadOptions& options);
 
 /// Opens a grid again whose values have stayed in the file, to read leaves of it.
@@ -152,8 +152,8 @@ std::unique_ptr<FileGrid> open_stored(GridFile& file, const GridEntry& entry,
                                       const ReadOptions& options);
 std::vector<float> stored_leaves(FileGrid& grid, const LeavesWish& wish);
 
-/// What VdbFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the metadata
-/// of each grid, `names` the grids' names.
+/// What VolumeFile::z_up returns: evidence of a program whose Z axis is up. `grids` has the
+/// metadata of each grid, `names` the grids' names.
 std::string evidence_of_z_up(const MetadataText& file, const std::vector<std::string>& names,
                              const std::vector<MetadataText>& grids);
 

@@ -59,7 +59,7 @@ bool is_of_solver(std::string_view grid) {
          std::ranges::count(solver_words, joined(words, "")) > 0;
 }
 
-std::string grid_saying(const VdbFile& file, std::string_view word, int channels) {
+std::string grid_saying(const VolumeFile& file, std::string_view word, int channels) {
   for (const Saying how : {Saying::whole, Saying::at_its_end})
     for (const std::string& grid : file.names())
       if (saying(grid, word) == how && file.channels(grid) == channels) return grid;

@@ -35,6 +35,6 @@ bool is_of_solver(std::string_view grid);
 
 /// The grid of a file whose name says the word, whole before at its end, and which has so many
 /// channels; empty if there is none.
-std::string grid_saying(const VdbFile& file, std::string_view word, int channels);
+std::string grid_saying(const VolumeFile& file, std::string_view word, int channels);
 
 }  // namespace psivox

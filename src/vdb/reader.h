@@ -41,7 +41,7 @@ struct LeavesWish {
   std::vector<std::uint32_t> numbers{};
 };
 
-/// What VdbFile does with an open file; VdbFile documents the functions. They take grids by
+/// What VolumeFile does with an open file; VolumeFile documents the functions. They take grids by
 /// GridFacts::name. Several threads may call them.
 class Reader {
  public:

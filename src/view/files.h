@@ -44,7 +44,7 @@ class Sequence {
 
  private:
   SequenceFiles files_;
-  std::shared_ptr<const VdbFile> film_;  ///< see file_of_frame
+  std::shared_ptr<const VolumeFile> film_;  ///< see file_of_frame
   std::vector<std::string> samples_;
   std::vector<FrameNumber> missing_;
   FrameNumber current_ = 0;

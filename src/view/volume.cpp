@@ -53,7 +53,7 @@ bool leaves_choices(const Scene& scene) {
          (scene.shows(Shows::surface) && scene.isovalue.empty());
 }
 
-OpenedScene choose_look(Volume& volume, const VdbFile& file) {
+OpenedScene choose_look(Volume& volume, const VolumeFile& file) {
   OpenedScene opened = open_scene(volume.asked, file, {.open_look = "plain"});
   volume.chosen = opened.looked;
   volume.chosen->fields = {};
@@ -64,7 +64,7 @@ OpenedScene choose_look(Volume& volume, const VdbFile& file) {
 }
 
 OpenedScene choose_for_sequence(Volume& volume, const std::vector<std::string>& samples,
-                                const VdbFile& file) {
+                                const VolumeFile& file) {
   SequenceScene sequence =
       resolve_sequence(volume.asked, samples, "plain", true, samples, true, Headers::unread);
   volume.chosen_from = samples.size();
@@ -83,7 +83,7 @@ OpenedScene choose_for_sequence(Volume& volume, const std::vector<std::string>& 
 /// Shows a file in the scene of the frame before, without grids of its look that this file lacks.
 /// `empty`: a frame without active voxels is an empty picture.
 OpenedScene show_frame(Volume& volume, const std::vector<std::string>& chosen_grids, bool empty,
-                       const VdbFile& file) {
+                       const VolumeFile& file) {
   SequenceScene sequence;
   sequence.scene = volume.asked;
   sequence.chosen_grids = volume.chosen_grids = chosen_grids;
@@ -92,7 +92,8 @@ OpenedScene show_frame(Volume& volume, const std::vector<std::string>& chosen_gr
 
 OpenedScene read_file(Volume& volume, const std::vector<std::string>& samples,
                       const std::vector<std::string>& chosen_grids, const StageProgress& progress) {
-  const VdbFile file(volume.asked.input, [&](double fraction) { progress("reading", fraction); });
+  const VolumeFile file(volume.asked.input,
+                        [&](double fraction) { progress("reading", fraction); });
   volume.grids = file.names();
   if (!samples.empty() && leaves_choices(volume.asked)) {
     progress("choosing for the sequence", 0);

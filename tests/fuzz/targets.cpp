@@ -126,7 +126,7 @@ void read_picture(std::string_view bytes) {
 }
 
 /// As one of several ranks does: values stay in the file.
-void read_in_file(const VdbFile& file) {
+void read_in_file(const VolumeFile& file) {
   const Field field = file.read(file.default_grid(), {.in_file = true});
   if (!field.reader) return;
   constexpr std::size_t at_once = 1024;
@@ -139,7 +139,7 @@ void read_in_file(const VdbFile& file) {
 }
 
 void read_volume(std::string_view bytes) {
-  const VdbFile file(file_with(bytes, ".vdb"));
+  const VolumeFile file(file_with(bytes, ".vdb"));
   file.info();
   try {
     read_in_file(file);

@@ -23,7 +23,7 @@
 
 namespace psivox {
 
-struct VdbFile::Impl {
+struct VolumeFile::Impl {
   Impl(const FrameOfFile& one, Progress own_progress)
       : shared(vdb::reader_of(one, own_progress)),
         file(shared->file),
@@ -169,44 +169,44 @@ FrameOfFile frame_of_file(const std::string& path) {
   return {path.substr(0, open), path.substr(open)};
 }
 
-std::shared_ptr<const VdbFile> file_of_frame(const std::string& path) {
+std::shared_ptr<const VolumeFile> file_of_frame(const std::string& path) {
   const FrameOfFile one = frame_of_file(path);
-  return one.frame.empty() ? nullptr : std::make_shared<const VdbFile>(one.file);
+  return one.frame.empty() ? nullptr : std::make_shared<const VolumeFile>(one.file);
 }
 
-VdbFile::VdbFile(const std::filesystem::path& path, Progress progress)
+VolumeFile::VolumeFile(const std::filesystem::path& path, Progress progress)
     : impl_(std::make_unique<Impl>(frame_of_file(path.string()), std::move(progress))) {}
 
-VdbFile::VdbFile(std::shared_ptr<const Field> grid)
+VolumeFile::VolumeFile(std::shared_ptr<const Field> grid)
     : impl_(std::make_unique<Impl>(
           vdb::field_reader({.facts = {.grids = {{grid->name, grid->name, grid->channels,
                                                   grid->value_type, "unknown"}}},
                              .make = [grid](std::size_t) { return grid; }}))) {}
 
-VdbFile::VdbFile(std::vector<NamedGrid> grids)
+VolumeFile::VolumeFile(std::vector<NamedGrid> grids)
     : impl_(std::make_unique<Impl>(vdb::gathered_reader(std::move(grids)))) {}
 
-VdbFile::~VdbFile() = default;
+VolumeFile::~VolumeFile() = default;
 
-const std::vector<std::string>& VdbFile::names() const { return impl_->names; }
+const std::vector<std::string>& VolumeFile::names() const { return impl_->names; }
 
-int VdbFile::channels(const std::string& grid) const { return impl_->known(grid).channels; }
+int VolumeFile::channels(const std::string& grid) const { return impl_->known(grid).channels; }
 
-std::string VdbFile::value_type(const std::string& grid) const {
+std::string VolumeFile::value_type(const std::string& grid) const {
   return impl_->known(grid).value_type;
 }
 
-std::string VdbFile::grid_class(const std::string& grid) const {
+std::string VolumeFile::grid_class(const std::string& grid) const {
   return impl_->known(grid).grid_class;
 }
 
-const std::map<std::string, std::string>& VdbFile::metadata() const {
+const std::map<std::string, std::string>& VolumeFile::metadata() const {
   return impl_->facts.metadata;
 }
 
-const std::string& VdbFile::z_up() const { return impl_->facts.z_up; }
+const std::string& VolumeFile::z_up() const { return impl_->facts.z_up; }
 
-void VdbFile::check_whole() const {
+void VolumeFile::check_whole() const {
   const int lost = impl_->facts.lost;
   if (lost == 0) return;
   const bool some = std::ranges::any_of(
@@ -217,7 +217,7 @@ void VdbFile::check_whole() const {
                                    (some ? "; --look smoke draws what is there" : ""));
 }
 
-bool VdbFile::known_to_be_empty(const std::string& grid) const {
+bool VolumeFile::known_to_be_empty(const std::string& grid) const {
   const GridPlace in_header = place(grid);
   if (in_header.known && in_header.voxels == 0) return true;
   const std::lock_guard lock(impl_->mutex);
@@ -225,7 +225,7 @@ bool VdbFile::known_to_be_empty(const std::string& grid) const {
   return known != impl_->contents.end() && !known->second.nothing.empty();
 }
 
-GridPlace VdbFile::place(const std::string& grid) const {
+GridPlace VolumeFile::place(const std::string& grid) const {
   GridPlace place = impl_->known(grid).place;
   constexpr double most = 1e75;  // as of a transform
   const auto possible = [](const glm::dvec3& v) {
@@ -236,7 +236,7 @@ GridPlace VdbFile::place(const std::string& grid) const {
   return place;
 }
 
-std::vector<GridInfo> VdbFile::info(bool values) const {
+std::vector<GridInfo> VolumeFile::info(bool values) const {
   // a grid may end the guarded process, and several that do may take all the time of the file
   constexpr int most_ends = 2;
   int ends = 0;
@@ -259,7 +259,7 @@ std::vector<GridInfo> VdbFile::info(bool values) const {
   return rows;
 }
 
-GridContent VdbFile::content(const std::string& grid) const {
+GridContent VolumeFile::content(const std::string& grid) const {
   if (const auto vector = impl_->vectors.find(grid); vector != impl_->vectors.end()) {
     GridContent all = content(vector->second[0]);
     for (const std::string& component : vector->second)
@@ -279,7 +279,7 @@ GridContent VdbFile::content(const std::string& grid) const {
   return impl_->contents[grid] = content;
 }
 
-std::string VdbFile::default_grid(bool empty) const {
+std::string VolumeFile::default_grid(bool empty) const {
   const std::vector<vdb::GridFacts>& all = impl_->facts.grids;
   if (all.empty()) throw Error(ExitCode::input, impl_->path() + ": holds no grid");
   if (all.size() == 1) return all.front().name;
@@ -318,7 +318,7 @@ std::string VdbFile::default_grid(bool empty) const {
   throw Error(ExitCode::input, message);
 }
 
-Field VdbFile::read(const std::string& grid, const ReadOptions& options) const {
+Field VolumeFile::read(const std::string& grid, const ReadOptions& options) const {
   if (const auto vector = impl_->vectors.find(grid); vector != impl_->vectors.end()) {
     ReadOptions whole = options;
     whole.empty = true;
