@@ -19,8 +19,8 @@ constexpr std::size_t points_per_ray = 16;
 /// the points' noise makes the mean square uncertain by sqrt(2) n / 16 / sqrt(400): a quarter of it
 /// for 50 voxels. Of small pictures one ray in 28 will do, 144 at least.
 constexpr double most_light_rays = 400, some_light_rays = 144, fewest_light_rays = 64;
-/// Rays from which those are drawn: a small opaque thing is to be among them. For many beams they
-/// cost little beside the light at the points.
+/// Rays from which those are drawn, so that a small opaque thing is among them. Many beams' light
+/// at the points costs far more than these rays.
 constexpr double drawn_from = 576, drawn_for_many = 2304;
 constexpr double many_beams = 16;
 
@@ -107,7 +107,7 @@ struct LightPilot::Volume {
 
   Volume(View view, std::size_t volume, const MediumDepths& depths, const BeamsOn& beams);
 
-  /// About so many, drawn from others.
+  /// Draws about `wanted_rays` from so many, and places points on each.
   void place_points(double wanted_rays, double from);
   std::vector<glm::dvec3> exact_light(const LitLuminance& luminance) const;
   /// Of the light at the voxels, and the factor of each ray that is in it.

@@ -72,6 +72,10 @@ View Lighting::typical_view(const View& view) const {
   return typical;
 }
 
+double Lighting::closer(double coverage) const {
+  return sky_coverage_ > 0 ? std::sqrt(std::max(coverage / sky_coverage_, 1.0)) : 1;
+}
+
 DrawnLight Lighting::description() const {
   return {light_method_text(beams_.front().method), int(beams_.size()), error_.rms, error_.max};
 }
@@ -89,10 +93,7 @@ bool Lighting::serves(const View& view, const LightSource& source, LightNeed nee
   if (coarse_) return false;  // it may suffice, but a preview must not change later pictures
   const MediumDepths depths(view, source);
   const LightPilot pilot(view, depths, beams_of(beams_));
-  // a closer camera sees more of what the sky's directions miss
-  const double closer =
-      sky_coverage_ > 0 ? std::sqrt(std::max(pilot.coverage() / sky_coverage_, 1.0)) : 1;
-  error_ = sum(pilot.error(*medium_), {closer * sky_error_.rms, sky_error_.max});
+  error_ = sum(pilot.error(*medium_), {closer(pilot.coverage()) * sky_error_.rms, sky_error_.max});
   return error_.rms <= need.rms;
 }
 
@@ -137,11 +138,21 @@ void Lighting::replace(const View& view, const LightSource& source, LightNeed ne
   }
   const double begin = beams_.empty() ? 0 : 0.2;
   if (progress) progress(begin);
-  const double sky_share = std::sqrt(1 - lights_share * lights_share);
-  SkyTrial directions(view, depths);
-  const LightChoice sky =
-      LightTrials(view, depths, some, sky_share * need.rms, &directions).settled();
-  sky_coverage_ = directions.coverage();
+  const double sky_rms = std::sqrt(1 - lights_share * lights_share) * need.rms;
+  const auto tried_on = [&](const View& from) {
+    SkyTrial directions(from, depths);
+    const LightChoice choice = LightTrials(from, depths, some, sky_rms, &directions).settled();
+    sky_coverage_ = directions.coverage();
+    return choice;
+  };
+  const View typical = typical_view(view);
+  LightChoice sky = tried_on(typical);
+  if (view.camera != typical.camera) {  // this picture may show more of the medium
+    const double coverage = LightPilot(view, depths, sky_of(1)).coverage();
+    sky.miss = sky.miss * closer(coverage);
+    sky_coverage_ = std::max(sky_coverage_, coverage);
+    if (sky.miss.rms > sky_rms) sky = tried_on(view);
+  }
   const std::size_t lights = beams_.size();
   add_sky(view, sky.count);
   for (std::size_t b = lights; b < beams_.size(); ++b) beams_[b].method = sky.method;

@@ -54,6 +54,8 @@ class Lighting {
   /// that a picture does not depend on those that were drawn before it, unless the light itself
   /// depends on the camera.
   View typical_view(const View& view) const;
+  /// By how much more a picture misses that shows more of what the sky's directions miss.
+  double closer(double coverage) const;
   void add_sky(const View& view, int count);
   /// Computes medium_ from beams_.
   void sum_up(const View& view, const MediumDepths& depths, const Progress& progress);
