@@ -274,6 +274,20 @@ TEST_F(Zoo, FilesOfEachType) {
 }
 TEST_F(Zoo, FilesOfEachPlace) { expect_drawn(places()); }
 
+TEST_F(Zoo, ADefaultPictureReadsItsDensityOnce) {
+  const auto plume = [](const Coord& p) { return 0.001 + cloud(p); };
+  const std::pair<const char*, FloatGrid::Ptr> files[] = {
+      {"smoke", filled("smoke", cloud, 40)}, {"scan", of_no_class(filled("mri", plume, 40))}};
+  for (const auto& [look, density] : files) {
+    Scene scene;
+    scene.input = write_vdb({density}).string();
+    int readings = 0;
+    const VolumeFile file(scene.input, [&](double done) { readings += done == 1; });
+    EXPECT_EQ(with_look(scene, file, "auto").look, look);
+    EXPECT_EQ(readings, 1) << look;
+  }
+}
+
 /// The first animal of each look.
 std::vector<Animal> one_of_each_look() {
   std::map<std::string, Animal> found;

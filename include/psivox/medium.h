@@ -5,6 +5,7 @@
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -174,12 +175,25 @@ struct MediumFields {
   std::optional<KnownSubject> subject{};
   std::vector<std::shared_ptr<const Field>> albedo{};  ///< as in ScatteredLight
   std::vector<MediumFields> others{};                  ///< of further volumes
+  std::string density_key{};  ///< what the density follows from: see KnownDensity
+};
+
+/// The density of fields that were read before, for another scene of the file.
+struct KnownDensity {
+  std::shared_ptr<const Field> field{};  ///< null: none is known
+  std::string key{};                     ///< MediumFields::density_key
+  /// Percentages of which looks may ask next, to be found where values below 0 stay.
+  std::span<const double> percentiles{};
+
+  /// Whether it is the density of this scene, too.
+  bool serves(const Scene& scene) const;
 };
 
 /// Reads the grids that the picture depends on under the scene's mode. `empty`: grids without
-/// active voxels count, as zeros. Throws Error(input), Error(memory).
+/// active voxels count, as zeros. `known`: a density that serves the scene, if there is one. Throws
+/// Error(input), Error(memory).
 MediumFields read_fields(const Scene& scene, const VolumeFile& file, bool empty = false,
-                         const Parts& parts = {});
+                         const Parts& parts = {}, const KnownDensity& known = {});
 /// The grids of a file that an albedo grid's name stands for: the one of that name, or the three
 /// NAME_r, NAME_g and NAME_b; none if the file has neither.
 std::vector<std::string> albedo_grids(const VolumeFile& file, const std::string& name);

@@ -55,11 +55,13 @@ std::vector<double> value_percentiles(const Each& each, std::span<const double> 
     high.push_back(find(counts, places.back()));
   }
   std::vector<Counts> low(whole_bins ? 0 : percents.size(), Counts(bins));
+  std::vector<bool> wanted(bins);
+  for (const std::uint32_t bin : high) wanted[bin] = true;
   if (!whole_bins)
     each([&](float value, std::uint64_t count) {
       if (!std::isfinite(value)) return;
       const std::uint32_t key = key_of(value);
-      for (std::size_t i = 0; i < high.size(); ++i)
+      for (std::size_t i = 0; wanted[key >> 16] && i < high.size(); ++i)
         if (key >> 16 == high[i]) low[i][key & 0xffffu] += count;
     });
   std::vector<double> values;

@@ -262,6 +262,9 @@ constexpr Choice choices[] = {{"range", choose_range},           {"outside", cho
                               {"albedo-grid", choose_albedo},    {"contrast", choose_contrast},
                               {"isovalue", choose_isovalue}};
 
+/// Percentages of which looks ask.
+constexpr double look_percentiles[] = {0.5, 1, 2, 50, 96, 99, 99.5};
+
 constexpr const char* glowing_words[] = {"flame", "fire", "temperature", "heat", "temp", "fuel"};
 constexpr std::size_t flames = 2;
 constexpr double coldest = 800, hottest = 2300;  // of what glows [kelvin]
@@ -277,10 +280,18 @@ constexpr double no_flame = 1e-5;
 const MediumFields& KeptFields::of(const Scene& scene) {
   std::string key = fields_key(scene);
   if (!fields_ || key != key_) {
+    KnownDensity known{.percentiles = look_percentiles};
+    if (fields_ && !drawn_) {
+      known.field = fields_->density;
+      known.key = fields_->density_key;
+    }
+    if (!known.serves(scene)) {
+      known.field.reset();
+      kind_.reset();
+    }
     fields_.reset();  // first, for they may be large
     drawn_.reset();
-    kind_.reset();
-    fields_ = read_fields(scene, file_, false, parts_);
+    fields_ = read_fields(scene, file_, false, parts_, known);
     drawn_ = std::exchange(fields_->drawn, nullptr);
   }
   key_ = std::move(key);

@@ -180,6 +180,9 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   if (grid_class == "level set" && !is_given(scene, "mode") && is_level_set(scene, fields))
     return "surface";
   if (grid_class == "scan") return look_of_scan(scene, fields);
+  const bool fog = grid_class == "fog volume", named = says_density(grid);
+  // as a scan has it: without values below 0 it serves both
+  if (!fog) fields.of(mapped(scene));
   const Field& density = *fields.of(scene).density;
   if (density.value_type == "points") return "points";
   if (!scene.colormap && fields.kind(scene).is_labels()) return "labels";
@@ -188,7 +191,6 @@ std::string suitable_look(const Scene& scene, KeptFields& fields) {
   if (is_given(scene, "emission-grid") ? !scene.emission_grid.empty()
                                        : !fields.flame(scene).grid.empty())
     return "fire";
-  const bool fog = grid_class == "fog volume", named = says_density(grid);
   const bool full = !fog && !named && density.active_voxels == count_of(density.active_box);
   FieldKind& kind = fields.kind(scene);
   return kind.is_scan(named && (fog || !kind.is_body()), full) ? "scan" : "smoke";

@@ -62,12 +62,18 @@ ReadOptions options_of(const Scene& scene, GridRole role, bool empty) {
       .role = role, .strict = scene.strict, .empty = empty, .background = scene.background_value};
 }
 
+/// The percentages of the scene's range.
+std::vector<double> range_percentiles(const Scene& scene) {
+  std::vector<double> percents;
+  for (int i = 0; scene.range && i < 2; ++i)
+    if (scene.range->percent[i]) percents.push_back(scene.range->ends[i]);
+  return percents;
+}
+
 Field read_scalar_density(const Scene& scene, const VolumeFile& file, const std::string& name,
                           ReadOptions& options, const Parts& parts) {
   options.distances = scene.shows(Shows::surface);
-  if (scene.range)
-    for (int i = 0; i < 2; ++i)
-      if (scene.range->percent[i]) options.percentiles.push_back(scene.range->ends[i]);
+  for (const double percent : range_percentiles(scene)) options.percentiles.push_back(percent);
   if (parts.allowed && parts_obstacle(scene).empty() && scene.renderer != RendererKind::reference)
     options.memory = grid_memory(scene) / 2;
   options.in_file = is_shared(parts);
@@ -86,12 +92,27 @@ std::string lost_identity(const Field& field) {
          ": its whole numbers above 16777216 are rounded to those that float32 has";
 }
 
+/// Whether values below 0 stay: those that a function maps, and those of a surface or a plane.
+bool reads_data(const Scene& scene) {
+  return scene.has_function() || scene.shows(Shows::surface) || scene.shows(Shows::plane);
+}
+
+/// What the density of a scene follows from, but for percentiles. `data`: values below 0 stay.
+std::string density_key(const Scene& scene, bool data) {
+  std::string key = data ? "data" : "";
+  for (const char* name : {"input", "grid", "strict", "background-value", "fill-value", "lod",
+                           "centering", "value-scale"})
+    key += "\n" + parameter_text(scene, name);
+  return key + (scene.shows(Shows::surface) ? "\ndistances" : "");
+}
+
 Field read_density(const Scene& scene, const VolumeFile& file, const std::string& name, bool data,
-                   bool empty, const Parts& parts) {
+                   bool empty, const Parts& parts, std::span<const double> percentiles) {
   const VectorPart part = vector_part(file, name);
   ReadOptions options =
       options_of(scene, data || part.of_vectors() ? GridRole::data : GridRole::attenuation, empty);
   options.active = part.active();
+  if (data) options.percentiles.assign(percentiles.begin(), percentiles.end());
   options.absent = !part.of_vectors();
   options.fill = scene.fill_value == "auto";
   if (scene.fill_value != "auto" && scene.fill_value != "none")
@@ -110,33 +131,11 @@ Field read_density(const Scene& scene, const VolumeFile& file, const std::string
   return field;
 }
 
-}  // namespace
-
-std::string parts_obstacle(const Scene& scene) {
-  if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
-  if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
-  if (!scene.volumes.empty()) return "volumes without --and";
-  return {};
-}
-
-std::uint64_t grid_memory(const Scene& scene) {
-  const std::uint64_t limit = scene.memory_limit;
-  if (limit == 0) return available_memory() / 5 * 4;
-  const auto pixels = std::uint64_t(scene.resolution.x) * std::uint64_t(scene.resolution.y);
-  const std::uint64_t others = of_program + of_pixel * pixels;
-  return std::max(limit > others ? limit - others : 0, std::min(limit, least_memory));
-}
-
-MediumFields read_fields(const Scene& scene, const VolumeFile& file, bool empty,
-                         const Parts& parts) {
-  MediumFields fields;
-  fields.z_up = file.z_up();
-  const bool data =
-      scene.has_function() || scene.shows(Shows::surface) || scene.shows(Shows::plane);
-  const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
-  // a density that is empty is chosen where other grids are none to draw
-  if (scene.grid.empty() && file.names().size() > 1 && !empty) empty = !file.holds_something(grid);
-  Field density = read_density(scene, file, grid, data, empty, parts);
+/// Sets the density of the fields, and what is drawn in its place.
+void set_density(const Scene& scene, const VolumeFile& file, const std::string& grid, bool data,
+                 bool empty, const Parts& parts, std::span<const double> percentiles,
+                 MediumFields& fields) {
+  Field density = read_density(scene, file, grid, data, empty, parts, percentiles);
   if (scene.grid.empty() && file.names().size() > 1 && lower_case(grid) != "density" &&
       !file.metadata().contains("frames"))
     density.notices.push_back("grid " + in_quotes(grid) + " of " +
@@ -157,6 +156,48 @@ MediumFields read_fields(const Scene& scene, const VolumeFile& file, bool empty,
   }
   fields.density =
       scaled_values(at_level(scene, std::move(density), chosen_by_first), scene.value_scale);
+}
+
+}  // namespace
+
+std::string parts_obstacle(const Scene& scene) {
+  if (!info(scene.mode).in_parts) return "--mode " + modes_in_parts();
+  if (scene.resolved_sampling() == Sampling::template_) return "--sampling cells and uniform";
+  if (!scene.volumes.empty()) return "volumes without --and";
+  return {};
+}
+
+std::uint64_t grid_memory(const Scene& scene) {
+  const std::uint64_t limit = scene.memory_limit;
+  if (limit == 0) return available_memory() / 5 * 4;
+  const auto pixels = std::uint64_t(scene.resolution.x) * std::uint64_t(scene.resolution.y);
+  const std::uint64_t others = of_program + of_pixel * pixels;
+  return std::max(limit > others ? limit - others : 0, std::min(limit, least_memory));
+}
+
+bool KnownDensity::serves(const Scene& scene) const {
+  if (!field || field->reader) return false;
+  const bool data = reads_data(scene);
+  // without values below 0 data attenuates as it is, but an array of data may have another domain
+  const bool positive = field->stored_range && field->stored_range->x >= 0 && !field->array_box;
+  if (key != density_key(scene, data) && !(!data && positive && key == density_key(scene, true)))
+    return false;
+  return std::ranges::all_of(range_percentiles(scene), [&](double percent) {
+    return field->active_percentiles.contains(percent);
+  });
+}
+
+MediumFields read_fields(const Scene& scene, const VolumeFile& file, bool empty, const Parts& parts,
+                         const KnownDensity& known) {
+  MediumFields fields;
+  fields.z_up = file.z_up();
+  const bool data = reads_data(scene);
+  const std::string grid = scene.grid.empty() ? file.default_grid(empty) : scene.grid;
+  // a density that is empty is chosen where other grids are none to draw
+  if (scene.grid.empty() && file.names().size() > 1 && !empty) empty = !file.holds_something(grid);
+  fields.density = known.field;
+  fields.density_key = known.field ? known.key : density_key(scene, data);
+  if (!known.field) set_density(scene, file, grid, data, empty, parts, known.percentiles, fields);
   if (!scene.composites() && !scene.shines()) return fields;
 
   // A grid that is also the density is read once, unless a function maps the density, whose values
