@@ -28,6 +28,7 @@ runs=(build/bundle/*.run)
 [[ -e ${runs[0]} ]] || fail "no build/bundle/*.run; tools/make-bundle.sh makes it"
 [[ $# -gt 0 ]] || fail "usage: tools/check-bundle.sh SUITE..."
 roots=${PSIVOX_ROOTS:-/var/tmp/psivox-roots}
+mkdir -p "$roots"
 Xvfb :88 -ac -screen 0 1280x800x24 >/dev/null 2>&1 &
 server=$!
 trap 'kill $server' EXIT

@@ -5,6 +5,7 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 roots=${PSIVOX_ROOTS:-/var/tmp/psivox-roots}
+mkdir -p "$roots"
 [[ $# -gt 0 ]] || { echo "usage: tools/check-wheel.sh SUITE..." >&2; exit 2; }
 for suite in "$@"; do
   root=$roots/python-$suite
