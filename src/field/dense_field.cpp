@@ -31,7 +31,7 @@ struct DenseField::Block {
   bool empty = true;         ///< all are 0
   bool constant = true;      ///< of one value, and complete
   bool below_0 = false;
-  int on_faces = 0;  ///< active voxels on the array's faces      ///< a value of the first channel
+  int on_faces = 0;    ///< active voxels on the array's faces
   glm::vec3 value{0};  ///< of the first voxel
   glm::ivec3 min{no_voxel}, max{-1};
 };

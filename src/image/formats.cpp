@@ -165,7 +165,9 @@ void write_bytes(const fs::path& target, const std::string& bytes) {
 
 }  // namespace psivox::image_io
 
-std::string psivox::extension_problem(const fs::path& path) {
+namespace psivox {
+
+std::string extension_problem(const fs::path& path) {
   if (image_io::format_of_extension(path)) return {};
   const std::string extension = path.extension().string();
   const std::string found =
@@ -173,3 +175,5 @@ std::string psivox::extension_problem(const fs::path& path) {
   return "cannot write " + in_quotes(path.string()) + ": " + found + "; use " +
          image_io::known_extensions();
 }
+
+}  // namespace psivox
