@@ -21,6 +21,7 @@ SCENES = {
     "light": ["blobs.vdb", "--light", "1,-1,-1", "--albedo-grid", "color", "--tolerance", "1e-4"],
     "function": ["rotated.vdb", "--transfer-function", "ASSETS/shells.json", "--background", "black",
                  "--pixel-samples", "2", "--tolerance", "1e-4", "--clip", "0.3,0,-1,3,2.5,1.4"],
+    "cells": ["rotated.vdb", "--classification", "nearest", "--light", "1,-1,-1", "--tolerance", "1e-4"],
     "surface": ["rotated.vdb", "--mode", "isosurface", "--isovalue", "0.2", "--projection", "orthographic",
                 "--tolerance", "1e-4"],
     "maximum": ["blobs.vdb", "--mode", "mip", "--background", "gray"],

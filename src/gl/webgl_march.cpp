@@ -240,14 +240,15 @@ void make_web_march(const View& view, const MediumAtlas& atlas, const BrickSteps
   const Medium& medium = view.medium;
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
   const PerGrid<const Field*> fields = fields_of(medium);
-  const auto add_rays = [&](const std::string& name, const Field* field) {
+  const auto add_rays = [&](int id, const std::string& name, const Field* field) {
     if (!field) return;
     const RayBundle bundle = make_ray_bundle(view.camera, *field, *medium.density);
+    const glm::dvec3 origin = glm::dvec3(bundle.origin) - beside_voxels(setup.constants, id);
     march.grids.push_back({name, glm::inverse(glm::dmat3(field->world_from_index)),
-                           field->world_from_index * glm::dvec4(bundle.origin, 1)});
+                           field->world_from_index * glm::dvec4(origin, 1)});
   };
 #define GRID(id, name) \
-  if (grids[id]) add_rays(#name, fields[id]);
+  if (grids[id]) add_rays(id, #name, fields[id]);
 #include "grids.glsl"
 #undef GRID
 }

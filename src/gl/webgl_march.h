@@ -33,7 +33,7 @@ struct WebTexture {
 struct WebGrid {
   std::string name;
   glm::dmat3 linear;  ///< index from world
-  glm::dvec3 origin;  ///< of the voxel that coordinates are relative to [world]
+  glm::dvec3 origin;  ///< of the point that coordinates are relative to [world]
 };
 
 /// march.frag for WebGL 2, with all that it reads.

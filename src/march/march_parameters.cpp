@@ -62,6 +62,16 @@ glsl::Grid grid_numbers(const RayBundle& bundle, const BrickAtlas& atlas, double
   return g;
 }
 
+}  // namespace
+
+double beside_voxels(const MarchConstants& constants, int grid) {
+  const bool cells =
+      grid == density_grid ? constants.nearest : grid == luminance_grid && constants.lit_voxels;
+  return cells ? 0.5 : 0;
+}
+
+namespace {
+
 void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) {
   const Medium& medium = view.medium;
   const PerGrid<const BrickAtlas*> grids = grids_of(atlas);
@@ -72,9 +82,7 @@ void place_grids(const View& view, const MediumAtlas& atlas, MarchSetup& setup) 
     if (!grids[id] || !fields[id]) return;
     const double unit = setup.parameters.world_unit;
     RayBundle bundle = make_ray_bundle(view.camera, *fields[id], *medium.density);
-    if (id == density_grid ? setup.constants.nearest
-                           : id == luminance_grid && setup.constants.lit_voxels)
-      bundle.anchor_0 += 0.5;  // voxels are cells
+    bundle.anchor_0 += beside_voxels(setup.constants, int(id));
     numbers = grid_numbers(bundle, *grids[id], unit);
     if (id >= emission_grid) numbers.scale = medium.emission[id - emission_grid].scale * unit;
     levels = grids[id]->pages.levels;

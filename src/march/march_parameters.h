@@ -56,6 +56,10 @@ struct MarchConstants {
   bool operator==(const MarchConstants&) const = default;
 };
 
+/// How far rays run beside a grid's voxels along each axis [voxels]: half of one where voxels are
+/// cells of one value.
+double beside_voxels(const MarchConstants& constants, int grid);
+
 struct MarchSetup {
   MarchParameters parameters;
   MarchConstants constants;
