@@ -166,9 +166,9 @@ std::vector<Animal> kinds() {
   const auto labels = [](const Coord& p) {
     return torus(p) < 0 ? 1 + (p.x() + 16) / 3 + 10 * (p.z() > 0) : 0;
   };
-  // of a thousand cells, in floats
+  // of 5832 cells, in floats
   const auto cell = [](const Coord& p) {
-    return 1.0 + (p.z() + 20) / 4 + 10 * ((p.y() + 20) / 4) + 100 * ((p.x() + 20) / 4);
+    return 1.0 + (p.z() + 27) / 3 + 18 * ((p.y() + 27) / 3) + 324 * ((p.x() + 27) / 3);
   };
   return {
       {"fog_of_wrong_class", "smoke", "fog", {fog}},
@@ -181,7 +181,7 @@ std::vector<Animal> kinds() {
       {"logarithms", "scan", "log_rho", {grid("log_rho", logarithms)}},
       {"fill_values_in_tiles", "scan", "temp", {fill_values}},
       {"labels", "labels", "labels", {of_no_class(filled<Int32Grid>("labels", labels))}},
-      {"instances", "labels", "cells", {grid("cells", cell, 19)}},
+      {"instances", "labels", "cells", {grid("cells", cell, 26)}},
   };
 }
 

@@ -212,7 +212,7 @@ bool FieldKind::is_labels() {
 }
 
 bool FieldKind::find_labels() {
-  constexpr std::size_t most_labels = 4096, few = 16;
+  constexpr std::size_t few = 16;
   constexpr double alike = 0.6, surely = 0.85, steps = 0.5, enough = 1000;
   const std::string& type = density_.value_type;
   bool whole = type.find("int") != type.npos || type == "bool" || type == "mask";
@@ -239,7 +239,7 @@ bool FieldKind::find_labels() {
     }
   const double same = pairs - double(passes.size());
   if (same < alike * pairs || (!whole && pairs < enough)) return false;
-  const auto counts = label_counts(density_, most_labels);
+  const auto counts = label_counts(density_);
   if (!counts || counts->empty() || (!whole && counts->size() < few)) return false;
   // one value that fills the whole box is no body in an outside
   if (counts->size() == 1 && density_.active_voxels >= count_of(density_.active_box)) return false;
