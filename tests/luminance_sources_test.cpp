@@ -76,7 +76,11 @@ TEST(LuminanceSources, ColoursOfBytesAreCodes) {
     for (int c = 0; c < 3; ++c) EXPECT_NEAR(double(found[c]), light[c], 1e-7);
   EXPECT_NEAR(double(colors(resampled, "vec3s", "Cd").x),
               linear_from_srgb(glm::dvec3(200.5 / 255)).x, 1e-7);
-  EXPECT_EQ(colors(half, "vec3s", "Cd"), half);
+  for (const auto& [most, bits] : {std::pair(4095.0F, 4095.0), {60000.0F, 65535.0}})
+    EXPECT_NEAR(double(colors({most, 1000, 0}, "vec3 of uint16", "rgb").y),
+                linear_from_srgb(glm::dvec3(1000 / bits)).x, 1e-7);
+  for (const glm::vec3& linear : {half, glm::vec3(300.5f, 1, 0), glm::vec3(70000, 1, 0)})
+    EXPECT_EQ(colors(linear, "vec3s", "Cd"), linear);
   EXPECT_EQ(colors(code, "vec3s", "velocity"), code);
 }
 

@@ -24,23 +24,29 @@ std::shared_ptr<const Field> share(Field field) {
 /// Temperature at which a black body begins to glow visibly (J. W. Draper, 1847) [K].
 constexpr double draper_point = 798;
 
-/// Whether the numbers are codes of 8 bits: whole ones, some of them above 1; or any up to 255,
-/// some of them far above what a colour has. Codes that were resampled are no whole numbers.
-bool has_codes(const Field& colors) {
-  constexpr double far_above = 30, greatest_code = 255;
+/// The greatest code if the numbers are codes of 8 to 16 bits, else 0. Codes are whole, some of
+/// them above 1; or any up to 255, some of them far above what a colour has: codes that were
+/// resampled are no whole numbers.
+double greatest_code(const Field& colors) {
+  constexpr double far_above = 30, least_bits = 255, most_bits = 65535;
+  if (colors.value_type.find("uint8") != colors.value_type.npos) return least_bits;
   const double greatest = greatest_value(colors);
-  if (!(greatest > 1) || greatest > greatest_code) return false;
-  if (greatest > far_above) return true;
+  if (!(greatest > 1) || greatest > most_bits) return 0;
+  if (greatest > far_above && greatest <= least_bits) return least_bits;
   const auto is_whole = [](float v) { return v >= 0 && v == std::floor(v); };
-  return fold_leaves(
-             colors, true,
-             [&](bool& all, const Leaf&, const OrderedValues& values) {
-               all = all && std::ranges::all_of(values, is_whole);
-             },
-             std::logical_and<>()) &&
-         std::ranges::all_of(colors.tiles, [&](const Tile& tile) {
-           return is_whole(tile.value.x) && is_whole(tile.value.y) && is_whole(tile.value.z);
-         });
+  const bool whole =
+      fold_leaves(
+          colors, true,
+          [&](bool& all, const Leaf&, const OrderedValues& values) {
+            all = all && std::ranges::all_of(values, is_whole);
+          },
+          std::logical_and<>()) &&
+      std::ranges::all_of(colors.tiles, [&](const Tile& tile) {
+        return is_whole(tile.value.x) && is_whole(tile.value.y) && is_whole(tile.value.z);
+      });
+  double most = least_bits;  // cameras have 8, 10, 12, 14 or 16 bits
+  while (most < greatest) most = 4 * most + 3;
+  return whole ? most : 0;
 }
 
 /// Replaces negative luminance by 0. Reading does so too, except if the luminance is also the
@@ -80,14 +86,15 @@ bool names_colors(const std::string& grid) {
 
 Field linear_colors(Field colors) {
   if (colors.channels != 3 || !names_colors(colors.name)) return colors;
-  const bool bytes = colors.value_type.find("uint8") != colors.value_type.npos;
-  if (!bytes && !has_codes(colors)) return colors;
-  Field linear = map_field(colors, 3, [](const glm::vec3& code) {
-    return glm::vec3(linear_from_srgb(glm::dvec3(code) / 255.0));
+  const double most = greatest_code(colors);
+  if (most == 0) return colors;
+  Field linear = map_field(colors, 3, [&](const glm::vec3& code) {
+    return glm::vec3(linear_from_srgb(glm::dvec3(code) / most));
   });
-  if (!bytes)
-    linear.notices.push_back("grid " + in_quotes(colors.name) +
-                             ": its colours, numbers up to 255, are taken as sRGB codes");
+  if (colors.value_type.find("uint8") == colors.value_type.npos)
+    linear.notices.push_back(
+        formatted("grid '%s': its colours, numbers up to %g, are taken as sRGB codes",
+                  colors.name.c_str(), most));
   return linear;
 }
 
