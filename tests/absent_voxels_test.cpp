@@ -268,7 +268,7 @@ TEST_F(AbsentVoxels, AFillValueIsNamedAsItIs) {
     });
     const MediumFields fields = read_fields(scene_by({{"colormap", "viridis"}}), *file);
     const std::string notice = fields.density->replaced.describe();
-    EXPECT_TRUE(has(notice, formatted(" of %g values", double(fill))));
+    EXPECT_TRUE(has(notice, formatted(" values of %g taken", double(fill))));
   }
 }
 

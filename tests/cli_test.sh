@@ -604,7 +604,7 @@ awk 'BEGIN {
     print x * x + y * y + z * z < 17 ? 40 + i : x < -3 && i % 2 ? -32768 : -1000 + i % 11
   }
 }' >ball.nrrd
-advised "of -32768 values taken as no data; --fill-value none" "--fill-value none" ball.nrrd -o a.png
+advised "values of -32768 taken as no data; --fill-value none" "--fill-value none" ball.nrrd -o a.png
 advised "chosen by auto; --isovalue 300 shows bone" "--isovalue 300" ball.nrrd -o a.png --mode isosurface
 advised "Z is up (an NRRD scan of the space RAS); --up-axis y" "--up-axis y" ball.nrrd -o a.png
 t 0 - render "$S" -o a.exr $r --export-camera away.gltf --camera-position 0,0,8 --camera-target 0,0,40

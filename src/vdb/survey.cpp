@@ -334,11 +334,12 @@ std::string BadValues::describe() const {
   if (nan > 0) missing_ones.push_back(std::to_string(nan) + " NaN");
   if (negative_infinite > 0) missing_ones.push_back(std::to_string(negative_infinite) + " -Inf");
   if (filled > 0)
-    missing_ones.push_back(std::to_string(filled) + formatted(" of %g", double(least_fill)));
+    missing_ones.push_back(std::to_string(filled) + several(filled) +
+                           formatted(" of %g", double(least_fill)));
   if (negative > 0) zeroed.push_back(std::to_string(negative) + " negative");
   if (!gone.empty())
-    parts.push_back(joined(gone, ", ") + several(missing()) + " taken as no data" +
-                    (filled > 0 && !fill.given ? "; --fill-value none keeps them" : ""));
+    parts.push_back(joined(gone, ", ") + (filled > 0 ? "" : several(missing())) +
+                    " taken as no data" + (filled > 0 ? "; --fill-value none keeps them" : ""));
   if (!zeroed.empty())
     parts.push_back(joined(zeroed, ", ") + several((absent ? 0 : missing()) + negative) +
                     " taken as 0");
