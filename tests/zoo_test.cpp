@@ -263,6 +263,24 @@ void expect_drawn(const std::vector<Animal>& animals) {
 
 using Zoo = GpuTest;
 
+/// Nothing shows which sign a program gives the inside.
+TEST_F(Zoo, DistancesMayBePositiveInside) {
+  const auto inside_out = of_no_class(filled("sdf", [](const Coord& p) { return -torus(p); }));
+  const auto band = on_background(of_no_class(level_set("sdf")), -3.0F);  // inactive values follow
+  for (auto value = band->beginValueOn(); value; ++value) value.setValue(-*value);
+  const auto picture_of = [](const FloatGrid::Ptr& grid) {
+    Scene scene;
+    scene.input = write_vdb({grid}, "inside.vdb").string();
+    scene.resolution = {96, 54};
+    set_parameter(scene, "camera-position", "10,40,60");
+    const LookedScene looked = with_look(scene, VolumeFile(scene.input), "auto");
+    return Session(make_view(looked.scene, looked.fields)).draw(*Gpu::renderer()).image;
+  };
+  const Image full = picture_of(of_no_class(filled("sdf", torus)));
+  EXPECT_LE(difference("full", picture_of(inside_out), full).rms, 1e-4);
+  EXPECT_LE(difference("band", picture_of(band), full).rms, 1e-4);
+}
+
 TEST_F(Zoo, FilesWithSideGrids) { expect_drawn(side_grids()); }
 TEST_F(Zoo, FilesWithoutADensity) { expect_drawn(choices()); }
 TEST_F(Zoo, FilesWithBackgroundsAndColours) { expect_drawn(backgrounds()); }

@@ -242,14 +242,18 @@ void choose_flame(Choosing& all) {
   if (!flame.grid.empty()) set_flame(all.asked, all.fields.file(), flame, all.scene);
 }
 
-/// Distances have their surface at 0. A level set's is there by itself.
+/// Distances have their surface at 0. A level set's is there by itself. Where they are below 0
+/// outside, 0 beside them would be another one.
 void choose_isovalue(Choosing& all) {
   const Field& density = *all.fields.of(all.scene).density;
-  if (!all.scene.isovalue.empty() || density.half_width > 0 ||
-      !all.fields.kind(all.scene).is_distance())
-    return;
+  FieldKind& kind = all.fields.kind(all.scene);
+  if (!all.scene.isovalue.empty() || density.half_width > 0 || !kind.is_distance()) return;
   all.view.reset();
   all.scene.isovalue = {{.value = 0}};
+  if (!kind.is_negative_outside()) return;
+  if (!is_given(all.asked, "background-value"))
+    all.scene.background_value = active_range(density).x;
+  cut_shell(all);
 }
 
 struct Choice {

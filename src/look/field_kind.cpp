@@ -279,6 +279,12 @@ std::optional<double> FieldKind::find_outside() {
   return {};
 }
 
+bool FieldKind::is_negative_outside() const {
+  std::vector<double> border = border_values(density_);
+  std::erase(border, 0);
+  return !border.empty() && border[border.size() / 2] < 0;
+}
+
 bool FieldKind::is_about_0() {
   constexpr double near_0 = 0.02, middle = 0.05, lopsided = 3;
   const glm::dvec2 range = active_range(density_);

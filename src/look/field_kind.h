@@ -56,6 +56,9 @@ class FieldKind {
   /// one are distances, too.
   bool is_distance();
 
+  /// Whether most values on the faces of the active box are below 0.
+  bool is_negative_outside() const;
+
   /// Whether the values are labels: few different ones, which fill bodies of voxels and do not pass
   /// from one to the next. They are of a type of whole numbers, two or more whole numbers in
   /// floats, or 16 to 255 whole steps of the greatest. What surrounds the object alike tells
