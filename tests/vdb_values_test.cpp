@@ -118,7 +118,7 @@ TEST(VdbValues, FillValuesAreNoData) {
       EXPECT_TRUE(std::isnan(FieldVoxels(field).voxel({0, 0, 0}, 0)));
       EXPECT_LE(greatest_value(field), 0.999f * scale);
       EXPECT_GE(stored_range(field).x, 0);
-      EXPECT_TRUE(has(field.notices.at(0), "100 of ")) << field.notices[0];
+      EXPECT_TRUE(has(field.notices.at(0), "100 values of ")) << field.notices[0];
     }
   // neither undershoots, nor values of both signs, nor number densities in many decades
   for (const auto& [value, scale] : {std::pair(-0.02f, 1.0f), {-1000.0f, 3e4f}, {1e24f, 1e20f}})
@@ -127,6 +127,10 @@ TEST(VdbValues, FillValuesAreNoData) {
   EXPECT_EQ(stored_range(read(-most, 1, GridRole::data, {.fill = false})).x,
             double(-greatest_magnitude));
   EXPECT_EQ(read(7, 1, GridRole::data, {.fill = false, .fill_value = 7.0f}).replaced.filled, 100u);
+  const auto signs = named<FloatGrid>("x");
+  for (const Coord& p : CoordBBox(Coord(0), Coord(9)))
+    signs->tree().setValue(p, float(p.x() % 4) - 1);
+  EXPECT_FALSE(VolumeFile(write_vdb({signs})).read("x", {.absent = true}).absent);
 }
 
 TEST(VdbValues, InfoCountsFillValuesApart) {

@@ -99,6 +99,7 @@ struct ValueEnds {
   float least = std::numeric_limits<float>::infinity();
   std::uint64_t count = 0;                                   ///< of the least value
   float next = std::numeric_limits<float>::infinity();       ///< the least of the others
+  float third = std::numeric_limits<float>::infinity();      ///< the least of these others
   float greatest = -std::numeric_limits<float>::infinity();  ///< below `huge`
   float magnitude = 0;                                       ///< the greatest below `huge`
   /// Magnitudes from `huge` on: the least and the greatest.

@@ -270,27 +270,27 @@ void ValueEnds::add(float value, std::uint64_t voxels) {
   if (value == least) {
     count += voxels;
   } else if (value < least) {
+    third = next;
     next = least;
     least = value;
     count = voxels;
-  } else {
-    next = std::min(next, value);
+  } else if (value < next) {
+    third = next;
+    next = value;
+  } else if (value > next) {
+    third = std::min(third, value);
   }
 }
 
 ValueEnds ValueEnds::operator+(const ValueEnds& other) const {
-  const bool lower = other.least < least;
-  ValueEnds sum = lower ? other : *this;
-  const ValueEnds& above = lower ? *this : other;
-  if (above.least == sum.least)
-    sum.count += above.count;
-  else
-    sum.next = std::min(sum.next, above.least);
-  sum.next = std::min(sum.next, above.next);
-  sum.greatest = std::max(sum.greatest, above.greatest);
-  sum.magnitude = std::max(sum.magnitude, above.magnitude);
-  sum.huge_least = std::min(sum.huge_least, above.huge_least);
-  sum.huge_greatest = std::max(sum.huge_greatest, above.huge_greatest);
+  ValueEnds sum = *this;
+  sum.add(other.least, other.count);
+  sum.add(other.next, 0);
+  sum.add(other.third, 0);
+  sum.greatest = std::max(sum.greatest, other.greatest);
+  sum.magnitude = std::max(sum.magnitude, other.magnitude);
+  sum.huge_least = std::min(sum.huge_least, other.huge_least);
+  sum.huge_greatest = std::max(sum.huge_greatest, other.huge_greatest);
   return sum;
 }
 
@@ -298,7 +298,8 @@ Fill ValueEnds::fill(std::uint64_t voxels) const {
   // Two decades lie between the greatest values of any one quantity that was seen and what programs
   // write for none: 1e20 (climate models), 9.97e36 (netCDF), 3.4e38 (GIS).
   constexpr float apart = 1e6f, surely = 1e30f;
-  // a scanner's padding: one value, in many voxels, a tenth of all others' range below them
+  // a scanner's padding: one value, in many voxels, a tenth of all others' range below them, and
+  // further than the lowest of these are apart: -1 beside 0, 1 and 2 is one of them
   constexpr std::uint64_t few = 64;
   constexpr double rare = 1e-4, gap = 0.1;
   Fill fill;
@@ -308,8 +309,9 @@ Fill ValueEnds::fill(std::uint64_t voxels) const {
     fill.high = huge_least;
   }
   const double others = double(greatest) - double(next);
+  const double step = double(std::min(third, greatest)) - double(next);
   if (least < 0 && double(count) >= std::max(double(few), rare * double(voxels)) && others > 0 &&
-      double(next) - double(least) >= gap * others)
+      double(next) - double(least) >= gap * others && double(next) - double(least) > step)
     fill.low = least;
   return fill;
 }
