@@ -113,7 +113,7 @@ class FieldReader final : public Reader {
       info.transform = "AffineMap";
       set_linear(field->world_from_index, info);
       if (values) info.values = statistics_of(*field);
-      if (field->active_voxels == 0) info.problem = "has no voxel other than 0";
+      if (field->active_voxels == 0) info.problem = "has no data other than 0";
     } catch (const Error& error) {
       info.problem = without_subject(error.what(), source_.path, facts.name);
     }
@@ -131,7 +131,7 @@ class FieldReader final : public Reader {
     const std::string about =
         source_.path.empty() ? "grid '" + field.name + "' " : subject(source_.path, field.name);
     if (field.active_voxels == 0) {
-      if (!options.empty) throw Error(ExitCode::input, about + "has no voxel other than 0");
+      if (!options.empty) throw Error(ExitCode::input, about + "has no data other than 0");
       field.active_box = {glm::ivec3(0), glm::ivec3(0)};
       return field;
     }
