@@ -35,7 +35,11 @@
 namespace psivox {
 
 struct Session::Impl {
-  Impl(View given, bool for_one_picture) : view(std::move(given)), is_for_one(for_one_picture) {
+  /// A colour bar lists the labels that the density has.
+  Impl(View given, bool for_one_picture)
+      : view(std::move(given)),
+        is_for_one(for_one_picture &&
+                   !(view.scene.color_bar && view.scene.colormap == Colormap::labels)) {
     if (!view.scene.environment.empty())
       view.environment = std::make_shared<const Environment>(read_environment(view.scene));
   }
