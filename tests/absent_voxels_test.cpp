@@ -14,6 +14,7 @@
 #include "psivox/draw.h"
 #include "psivox/open.h"
 #include "psivox/parameters.h"
+#include "psivox/picture_file.h"
 #include "psivox/vdb.h"
 #include "scratch.h"
 #include "thrown.h"
@@ -257,6 +258,24 @@ TEST(Labels, AreToldFromObjectsInBrightSurroundings) {
     EXPECT_GT(alpha.y, alpha.x + 0.2) << &object - objects;
   }
   EXPECT_EQ(look_of(array_of(organ)).colormap, Colormap::labels);
+  for (const float outside : {255.0F, -1.0F}) {  // of labels, too
+    const auto file = array_of([&](const glm::dvec3& p) {
+      const float label = organ(p);
+      return label > 0 ? label : outside;
+    });
+    Scene scene = look_of(file);
+    EXPECT_EQ(scene.colormap, Colormap::labels);
+    scene.background.reset();
+    const glm::dvec2 alpha = corner_and_middle(scene, *file);
+    scene.color_bar = "";
+    const Drawn drawn = Session(make_view(scene, *file), true).draw(*Gpu::renderer());
+    EXPECT_EQ(color_scale(drawn.view)->labels, (std::vector<double>{1, 2}));
+    scene = {};
+    set_parameter(scene, "mode", "slice");
+    EXPECT_EQ(with_look(scene, *file, "auto").scene.colormap, Colormap::labels);
+    EXPECT_LT(alpha.x, 1e-3) << outside;
+    EXPECT_GT(alpha.y, 0.5) << outside;
+  }
   const auto equal = array_of([](const glm::dvec3&) { return 5.0F; });  // nothing else is there
   EXPECT_GT(corner_and_middle(look_of(equal), *equal).y, 0.5);
 }

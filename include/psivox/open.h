@@ -53,6 +53,9 @@ struct LookedScene {
 ///   so
 ///               that vessels stand out
 ///   outside     what fills the volume around the object is transparent, a veil around it thin
+///   padding     what fills the volume around the object is no data if it is far above all else,
+///               and around labels if it is not 0
+///   sides       distances have no surface beside their voxels
 ///   balance     a range with 0 in its middle that leaves out 0.5 % of the values at either end
 ///   colors      the active voxels of a grid of colours, as the density, in these colours
 ///   contrast    the smoke is dark before a bright background

@@ -55,16 +55,26 @@ void choose_extinction(Choosing& all) {
 
 /// A value around the object that is as far above all others as these are from each other is
 /// padding, such as -2000 of a scan in unsigned numbers. Beside it nothing else would be seen.
-void leave_out_padding(Choosing& all) {
-  const Field& density = *all.fields.of(all.scene).density;
-  FieldKind& kind = all.fields.kind(all.scene);
+std::optional<double> padding(FieldKind& kind) {
+  const glm::dvec2 range = active_range(*kind.density());
   const std::optional<double> outside = kind.outside();
-  if (is_given(all.asked, "fill-value") || !outside || *outside != active_range(density).y) return;
+  if (!outside || *outside != range.y) return {};
   double next = -HUGE_VAL;
   for (const SampledVoxel& some : kind.sample())
     if (double(some.value) < *outside) next = std::max(next, double(some.value));
-  const double least = std::min(active_range(density).x, 0.0);
-  if (next > least && *outside - next > next - least) all.scene.fill_value = number_text(*outside);
+  const double least = std::min(range.x, 0.0);
+  return next > least && *outside - next > next - least ? outside : std::nullopt;
+}
+
+/// A label other than 0 may stand for what is around the object, too: 255, -1, or 1 of a
+/// classifier.
+void leave_out_padding(Choosing& all) {
+  FieldKind& kind = all.fields.kind(all.scene);
+  if (is_given(all.asked, "fill-value")) return;
+  const auto value = kind.is_labels() ? kind.label_outside() : padding(kind);
+  if (value.value_or(0) == 0) return;
+  all.view.reset();
+  all.scene.fill_value = number_text(*value);
 }
 
 void choose_range(Choosing& all) {
@@ -242,15 +252,22 @@ void choose_flame(Choosing& all) {
   if (!flame.grid.empty()) set_flame(all.asked, all.fields.file(), flame, all.scene);
 }
 
-/// Distances have their surface at 0. A level set's is there by itself. Where they are below 0
-/// outside, 0 beside them would be another one.
+/// Distances have their surface at 0. A level set's is there by itself.
 void choose_isovalue(Choosing& all) {
   const Field& density = *all.fields.of(all.scene).density;
-  FieldKind& kind = all.fields.kind(all.scene);
-  if (!all.scene.isovalue.empty() || density.half_width > 0 || !kind.is_distance()) return;
+  if (!all.scene.isovalue.empty() || density.half_width > 0 ||
+      !all.fields.kind(all.scene).is_distance())
+    return;
   all.view.reset();
   all.scene.isovalue = {{.value = 0}};
-  if (!kind.is_negative_outside()) return;
+}
+
+/// Where distances are below 0 outside, 0 beside them would be another surface.
+void choose_sides(Choosing& all) {
+  const Field& density = *all.fields.of(all.scene).density;
+  FieldKind& kind = all.fields.kind(all.scene);
+  if (density.half_width > 0 || !kind.is_distance() || !kind.is_negative_outside()) return;
+  all.view.reset();
   if (!is_given(all.asked, "background-value"))
     all.scene.background_value = active_range(density).x;
   cut_shell(all);
@@ -262,6 +279,7 @@ struct Choice {
 };
 constexpr Choice choices[] = {{"range", choose_range},           {"outside", choose_opacity},
                               {"balance", choose_balance},       {"colors", choose_colors},
+                              {"padding", leave_out_padding},    {"sides", choose_sides},
                               {"extinction", choose_extinction}, {"flame", choose_flame},
                               {"albedo-grid", choose_albedo},    {"contrast", choose_contrast},
                               {"isovalue", choose_isovalue}};

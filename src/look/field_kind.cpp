@@ -195,12 +195,12 @@ std::vector<double> border_values(const Field& density) {
   return found;
 }
 
-/// The middle of some ascending values if half of them are equal.
-std::optional<double> most_common(const std::vector<double>& sorted) {
+/// The middle of some ascending values if so large a part of them, half at least, are equal.
+std::optional<double> most_common(const std::vector<double>& sorted, double part = 0.5) {
   if (sorted.empty()) return {};
   const double middle = sorted[sorted.size() / 2];
   const auto [first, last] = std::ranges::equal_range(sorted, middle);
-  if (2 * (last - first) < std::ptrdiff_t(sorted.size())) return {};
+  if (double(last - first) < part * double(sorted.size())) return {};
   return middle;
 }
 
@@ -277,6 +277,13 @@ std::optional<double> FieldKind::find_outside() {
   if (spread <= narrow * double(all.back() - all.front()) && 2 * near >= std::ptrdiff_t(all.size()))
     return middle;
   return {};
+}
+
+std::optional<double> FieldKind::label_outside() {
+  constexpr double nearly_all = 0.9;
+  const std::optional<double> label = most_common(border_values(density_), nearly_all);
+  const glm::dvec2 range = active_range(density_);
+  return is_labels() && range.x < range.y ? label : std::nullopt;
 }
 
 bool FieldKind::is_negative_outside() const {

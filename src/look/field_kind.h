@@ -70,6 +70,10 @@ class FieldKind {
   /// nearly alike and half of the volume is as they are. Unset: there is none.
   std::optional<double> outside();
 
+  /// The label that fills the volume around all others: that of nine of ten voxels of the active
+  /// box's faces. Unset: these are no labels, or none does.
+  std::optional<double> label_outside();
+
   /// Whether the outside is 0 to a fiftieth of the greatest magnitude. Where there is none: whether
   /// the values lie about 0, by their median and the ends of 98 % of them.
   bool is_about_0();

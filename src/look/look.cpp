@@ -207,10 +207,14 @@ bool stays_in_file(const Scene& scene, KeptFields& fields) {
 }
 
 /// Labels are never interpolated where a scene has a function or a map of its own either: between 1
-/// and 200 lies no 7.
+/// and 200 lies no 7. On a plane they have their colours.
 void keep_labels(const Scene& asked, KeptFields& fields, Scene& scene) {
-  if (is_given(asked, "classification") || !scene.has_function()) return;
-  if (fields.kind(asked).is_labels()) scene.classification = Classification::nearest;
+  const bool plain_plane = asked.shows(Shows::plane) && !asked.has_function() &&
+                           !gives_any(asked, {"luminance", "luminance-grid", "temperature-grid"});
+  if (is_given(asked, "classification") || !(asked.has_function() || plain_plane)) return;
+  if (!fields.kind(asked).is_labels()) return;
+  scene.classification = Classification::nearest;
+  if (plain_plane) scene.colormap = Colormap::labels;
 }
 
 /// Why the light of a scene takes too much memory; empty: it does not.
