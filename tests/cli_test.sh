@@ -605,6 +605,14 @@ awk 'BEGIN {
   }
 }' >ball.nrrd
 advised "values of -32768 taken as no data; --fill-value none" "--fill-value none" ball.nrrd -o a.png
+awk 'BEGIN {
+  print "NRRD0004\ntype: float\ndimension: 3\nsizes: 12 12 12\nencoding: ascii\nspace: RAS\n"
+  for (i = 0; i < 1728; ++i) {
+    x = i % 12 - 6; y = int(i / 12) % 12 - 6; z = int(i / 144) - 6
+    print x * x + y * y + z * z < 17 ? 100 + i % 90 : 230
+  }
+}' >dark.nrrd
+advised "230 fills the volume around the object, and is transparent; --opacity 0:0,1:1" "--opacity 0:0,1:1" dark.nrrd -o a.png
 advised "chosen by auto; --isovalue 300 shows bone" "--isovalue 300" ball.nrrd -o a.png --mode isosurface
 advised "Z is up (an NRRD scan of the space RAS); --up-axis y" "--up-axis y" ball.nrrd -o a.png
 t 0 - render "$S" -o a.exr $r --export-camera away.gltf --camera-position 0,0,8 --camera-target 0,0,40

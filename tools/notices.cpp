@@ -48,6 +48,11 @@ void print_look(const LookedScene& looked, bool to_copy, const std::string& how)
   if (!looked.settings.empty()) print_notice(look_text(looked.look, looked.settings, to_copy, how));
   if (looked.guesses_up)
     print_notice("nothing tells which axis is up, so Y is; --up-axis z changes that");
+  if (looked.outside)
+    print_notice(
+        formatted("%.4g fills the volume around the object, and is transparent; "
+                  "--opacity 0:0,1:1 shows it",
+                  *looked.outside));
   constexpr std::size_t most_names = 9;
   const std::span<const std::string> unused = looked.unused_grids;
   const std::size_t named = unused.size() > most_names ? most_names - 1 : unused.size();

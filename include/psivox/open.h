@@ -44,6 +44,9 @@ struct LookedScene {
   MediumFields fields;                      ///< read for the scene
   std::string dark_because{};               ///< why psivox has not chosen a look with light
   bool guesses_up = false;                  ///< nothing tells which axis is up
+  /// Value that fills the volume around the object, which the look makes transparent although it is
+  /// not low.
+  std::optional<double> outside{};
 };
 
 /// Sets what the scene's look says and the scene itself leaves open. A look is a JSON file of scene

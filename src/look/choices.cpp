@@ -128,6 +128,7 @@ void choose_opacity(Choosing& all) {
   constexpr double low = 0.2, high = 0.8, near = 0.04, far = 0.16;
   if (u <= low) return;
   all.view.reset();
+  all.outside = outside;
   std::vector<glm::dvec2> points;
   if (u >= high) {  // as it is, from the other end
     for (const glm::dvec2& point : all.scene.opacity->points)

@@ -75,6 +75,7 @@ struct Choosing {
   Scene& scene;
   /// The scene's view; unset if it is not known. Making it takes longer than most choices.
   std::optional<View> view = {};
+  std::optional<double> outside = {};  ///< see LookedScene
 };
 
 /// The grid that attenuates: the scene's, or the file's best.

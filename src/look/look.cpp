@@ -391,6 +391,7 @@ LookedScene with_look(const Scene& scene, const VolumeFile& file, const std::str
     Choosing all{scene, fields, result.scene};
     for (const std::string& what : look.choices)
       if (leaves_to_look(scene, what)) choose(what, all);
+    result.outside = all.outside;
     find_darkness();  // colours take more
   }
   if (!result.dark_because.empty()) {
