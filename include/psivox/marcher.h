@@ -94,11 +94,10 @@ struct Explanation {
 /// these told enough. Errors are of radiance and alpha, over R G B A.
 struct Trial {
   Method method;
-  double worst_brick = 0;  ///< under uniform: largest error bound of a brick [tolerances]
-  int rays = 0;            ///< of the pilot, that it marched
-  double rms = 0;          ///< over these rays
-  double max = 0;          ///< of one ray
-  double samples = 0;      ///< field look-ups per ray
+  int rays = 0;        ///< of the pilot, that it marched
+  double rms = 0;      ///< over these rays
+  double max = 0;      ///< of one ray
+  double samples = 0;  ///< field look-ups per ray
   double cost = 0;  ///< expected time of a ray [look-ups of psi-balanced between uniform samples]
   bool accepted = false;  ///< its error is small enough on these rays
 };

@@ -11,6 +11,7 @@
 #include "march/march_double.h"
 #include "march/march_tables.h"
 #include "march/preintegration.h"
+#include "plan/budget.h"
 #include "plan/plan.h"
 #include "psivox/parameters.h"
 #include "reference/reference.h"
@@ -44,11 +45,11 @@ std::string table_notice(const View& view) {
 /// method.
 RenderResult deep_picture(const View& view, const MediumAtlas& atlas, const Progress& progress) {
   const double tolerance = view.scene.tolerance.value_or(default_tolerance);
-  constexpr double behind = 1.0 / 64;  // of the tolerance: what a ray leaves out where it ends
   View exact = exact_view(view);
-  exact.scene.early_termination = behind * tolerance / std::max(1.0, brightest_ray(view.medium));
+  exact.scene.early_termination =
+      budget::deep_end * tolerance / std::max(1.0, brightest_ray(view.medium));
   const double of_light = view.medium.lit ? light_share(view.scene) : 0;
-  const double rest = std::sqrt(1 - of_light * of_light) - behind;
+  const double rest = budget::beside(of_light, 1) - budget::deep_end;
   return render_deep(exact, atlas, rest * tolerance, progress);
 }
 

@@ -13,6 +13,7 @@
 #include "image/scene_pictures.h"
 #include "march/grids.h"
 #include "march/march_parameters.h"
+#include "plan/budget.h"
 #include "psivox/parameters.h"
 #include "psivox/vdb.h"
 #include "scene/cuts.h"
@@ -219,7 +220,7 @@ MarchPlan Session::Impl::plan(PartMarcher& parts, View marched, const Wish& wish
   MarchPlan result;
   if (grids) {
     double& rest = *marched.scene.tolerance;  // light has its share
-    if (missed.rms < rest) rest = std::sqrt(rest * rest - missed.rms * missed.rms);
+    rest = budget::beside(missed.rms, rest);
     result = plan_march(marched, *grids, progress);
     if (may_be_coded(marched)) choose_codes(result, *grids, rest, wish.fewest_bytes, progress);
   } else {  // each member has the light of its own part
@@ -278,10 +279,9 @@ Drawn Session::Impl::draw(Marcher& marcher, const Wish& wish) {
   if (marches) {
     picture.confirm_plan();
     if (wish.layers.error) {
-      // light four times as exact: its remaining error changes the estimate by 3 %
       View better = wanted;
-      if (lighting.error().rms > 0)
-        light(parts, better, {.rms = lighting.error().rms / 4}, wish.progress);
+      if (const double rms = budget::better_light * lighting.error().rms; rms > 0)
+        light(parts, better, {.rms = rms}, wish.progress);
       marcher.hold(lit_bricks(wanted.scene), Filter::exact);
       picture.add_error(better.medium);
     }

@@ -6,27 +6,15 @@
 #include "atlas/brick_code.h"
 #include "field/index_space.h"
 #include "plan/brick_effects.h"
+#include "plan/budget.h"
 
 namespace psivox {
 namespace {
-
-/// In the first trial, a step of code changes a voxel's optical depth times the light there by at
-/// most `depth_step` tolerances, and light by at most `light_step`. Errors of a ray's voxels are
-/// independent where values vary by more than a step. Inside a smooth cloud they do not, and a row
-/// of a brick is off by up to four steps. One pixel in a thousand is to be off by 5 tolerances at
-/// most: in 80 pictures it was off by 4.5 at 8, and by 5.6 at 9.7. At 6.8 the error of smoke at
-/// 1e-3 jumps by 0.18 tolerances at brick borders in the mean, at 8 by 0.22, where all borders that
-/// rays cross are in line.
-constexpr double depth_step = 6.8, light_step = 10.2;
 
 /// Each further trial's steps are narrower by what the trial before missed, within these factors,
 /// and reach this part of what may be missed.
 constexpr double narrower = 1.0 / 4, narrowest = 1.0 / 32, aimed = 0.8;
 constexpr int most_trials = 3;
-
-/// What the pilot's rays may show with codes [tolerances]: a method may take nearly all that any
-/// may (pilot_safety, worst_ray), and codes a little more.
-constexpr double coded_rms = 0.85, coded_ray = 4.5;
 
 /// Codes are dropped if they take more than this part of the float32 texels' bytes. Beside light,
 /// codes slow the march, so there they must save more bytes.
@@ -70,17 +58,6 @@ bool are_worthwhile(const MarchPlan& plan, const Scene& scene, double bytes) {
          2 * bytes >= scarce * double(grid_memory(scene));
 }
 
-/// How much narrower the next trial's steps are: errors grow as the steps do, and those of the
-/// method and of codes add up as squares.
-double next_step(const RayErrors& missed, double of_method, double most_rms, double most_ray) {
-  const auto square = [](double x) { return x * x; };
-  const double of_codes = square(missed.rms()) - square(of_method);
-  const double left = square(most_rms) - square(of_method);
-  const double part =
-      std::min(std::sqrt(std::max(left, 0.0) / std::max(of_codes, 1e-300)), most_ray / missed.max);
-  return part > 0 ? std::clamp(aimed * part, narrowest, narrower) : narrowest;
-}
-
 }  // namespace
 
 bool may_be_coded(const View& view) {
@@ -101,20 +78,21 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, b
   if (method.view.medium.lit_colors) brightness *= greatest_of(*method.view.medium.transfer);
   brightness = std::max(brightness, 1e-30);
   const double most = bytes * (beside && !fewest_bytes ? worthwhile_in_light : worthwhile);
-  const double most_rms = coded_rms * tolerance, most_ray = coded_ray * tolerance;
+  const budget::Limits limits = budget::coded(tolerance);
+  const budget::Limits of_codes{budget::beside(plan.chosen.rms, limits.rms), limits.max};
   double share = tolerance;
   for (int trial = 0; trial < most_trials; ++trial) {
     std::vector<float> steps;
     for (const double effect : effects)
-      steps.push_back(float(std::min(depth_step * share / effect, 1e30)));
+      steps.push_back(float(std::min(budget::code_depth * share / effect, 1e30)));
     const CodeWidths widths =
-        code_widths(atlas.density, steps, beside, float(light_step * share / brightness));
+        code_widths(atlas.density, steps, beside, float(budget::code_light * share / brightness));
     if (!widths || double(coded_bytes(*widths, beside)) > most) return;
     const BrickCodes codes = brick_codes(atlas.density, *widths, beside);
     const RayErrors missed = plan.march->pilot->march(
-        method, atlas, progress, [&](const RayErrors& errors) { return errors.max <= most_ray; },
+        method, atlas, progress, [&](const RayErrors& errors) { return errors.max <= limits.max; },
         &codes);
-    if (missed.rms() <= most_rms && missed.max <= most_ray) {
+    if (limits.keeps(missed.rms(), missed.max)) {
       PlannedMarch march = *plan.march;
       march.code_widths = widths;
       plan.march = std::make_shared<PlannedMarch>(std::move(march));
@@ -122,7 +100,10 @@ void choose_codes(MarchPlan& plan, const MediumAtlas& atlas, double tolerance, b
       plan.chosen.max = missed.max;
       return;
     }
-    share *= next_step(missed, plan.chosen.rms, most_rms, most_ray);
+    // errors grow as the steps do
+    const double excess =
+        of_codes.excess(budget::beside(plan.chosen.rms, missed.rms()), missed.max);
+    share *= std::clamp(aimed / excess, narrowest, narrower);
   }
 }
 

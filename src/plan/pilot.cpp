@@ -30,9 +30,7 @@ glm::ivec2 pilot_size(const glm::ivec2& picture) {
   const glm::dvec2 size(picture);
   const double pixels = size.x * size.y;
   const double fewest = std::clamp(pixels / small_share, fewest_of_small, fewest_rays);
-  const double rays = std::clamp(pixels / rays_share, fewest, most_rays);
-  const double width = std::clamp(std::round(std::sqrt(rays * size.x / size.y)), 1.0, rays);
-  return glm::min(picture, glm::ivec2(int(width), int(rays / width)));
+  return rays_over(picture, std::clamp(pixels / rays_share, fewest, most_rays));
 }
 
 /// The view by the truth's method: the exact one, or twice its segments where these miss something.
@@ -47,6 +45,11 @@ View exactly(const View& view, double termination) {
 float radiance_of(const glm::vec4& rgba) { return std::max({rgba.x, rgba.y, rgba.z}); }
 
 }  // namespace
+
+glm::ivec2 rays_over(const glm::ivec2& picture, double count) {
+  const double width = std::clamp(std::round(std::sqrt(count * picture.x / picture.y)), 1.0, count);
+  return glm::clamp(glm::ivec2(int(width), int(count / width)), glm::ivec2(1), picture);
+}
 
 View pilot_view(const View& view) {
   // keeps the aspect ratio to a fraction of a pixel, and the rays' positions in their pixels

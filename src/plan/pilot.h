@@ -89,6 +89,9 @@ class Pilot {
   std::uint64_t all_samples_ = 0;
 };
 
+/// Columns and rows of about `count` rays, spread over a picture.
+glm::ivec2 rays_over(const glm::ivec2& picture, double count);
+
 /// The view of the pilot's rays: some hundreds of the picture's, spread over it.
 View pilot_view(const View& view);
 

@@ -3,9 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
-#include "plan/brick_effects.h"
+#include "plan/budget.h"
 #include "plan/step_bounds.h"
 
 namespace psivox {
@@ -17,23 +16,9 @@ namespace {
 /// (frogtissue) lattices had an RMS of up to 1.1 tolerances, and one pixel was off by 166.
 constexpr int fewest_telling = 32;
 
-/// Fraction of the tolerance that the pilot's RMS may reach, and the largest error of one of its
-/// rays [tolerances].
-constexpr double pilot_safety = 0.8, worst_ray = 4;
-
-/// How much a brick that no ray of the pilot meets may miss, by its bound [tolerances]. The second
-/// value is for bricks that keep narrower steps than they must, so that the step elsewhere can be
-/// wider.
-constexpr double worst_brick = 64, narrow_brick = 16;
-
-/// The part of what a method may miss at which lattices aim, and how much wider one must be to be
-/// tried after another one.
-constexpr double aimed_error = 0.9, worth = 1.12;
-
-/// How much narrower the step after one that failed is, at most and at least; the last where many
-/// of the rays were marched and missed less than by the step before.
-constexpr double narrowest_ratio = 1.0 / 8, narrower_ratio = 1.0 / 2, next_ratio = 0.85;
-constexpr double many_rays = 1.0 / 16, less = 0.9;
+/// The part of what a method may miss at which lattices aim, how much wider one must be to be tried
+/// after another one, and how much narrower than one that failed, at most and at least.
+constexpr double aimed_error = 0.9, worth = 1.12, narrowest_ratio = 1.0 / 8, widest_ratio = 0.7;
 
 /// Nothing is worth so many times the exact method's look-ups, even if that misses the tolerance.
 constexpr double hopeless = 64;
@@ -65,6 +50,7 @@ class Search {
       : view_(with_termination(view, behind)),
         atlas_(atlas),
         tolerance_(*view.scene.tolerance),
+        limits_(budget::march(tolerance_)),
         pilot_(std::make_shared<Pilot>(view_, behind, atlas, progress)),
         through_(light_through(view_, atlas, behind, pilot_->unmet())),
         progress_(progress) {}
@@ -84,23 +70,10 @@ class Search {
   }
 
  private:
-  StepBounds& bounds() {
-    if (!bounds_) bounds_.emplace(view_, atlas_, through_, pilot_->brightest());
-    return *bounds_;
+  MethodView view_of(const Method& method, BrickSteps brick_steps = {}) const {
+    return {method, with_method(view_, method), std::move(brick_steps)};
   }
 
-  MethodView view_of(const Method& method, double brick) {
-    MethodView result{method, with_method(view_, method)};
-    if (method.sampling == Sampling::uniform)
-      result.brick_steps = bounds().parts(method.step, brick * tolerance_);
-    return result;
-  }
-
-  double target() const { return pilot_safety * tolerance_; }
-  /// What it misses, by what it may miss.
-  double excess(const Trial& trial) const {
-    return std::max(trial.rms / target(), trial.max / (worst_ray * tolerance_));
-  }
   /// Whether it takes longer than `factor` times the best method, or far longer if that misses the
   /// tolerance.
   bool slower(const Trial& trial, double factor = 1) const {
@@ -116,18 +89,17 @@ class Search {
     trial.max = errors.max;
     trial.samples = errors.samples_per_ray();
     trial.cost = look_up_cost(tried.marched, atlas_.paired) * trial.samples;
-    const bool within = errors.least_rms() <= target() && trial.max <= worst_ray * tolerance_;
-    trial.accepted = within && trial.rms <= target() && errors.rays == errors.all_rays;
-    return within;
+    trial.accepted = errors.rays == errors.all_rays && limits_.keeps(trial.rms, trial.max);
+    return limits_.keeps(errors.least_rms(), trial.max);
   }
 
   /// Runs the method on the pilot's rays until they show that it is beyond the limits, or that it
   /// takes longer than the best one. Its RMS and look-ups are then estimates.
-  Trial run(const Method& method, double brick = 0) {
-    Tried tried{{.method = method, .worst_brick = brick}, view_of(method, brick)};
+  Trial run(const Method& method, BrickSteps brick_steps = {}) {
+    Tried tried{{.method = method}, view_of(method, std::move(brick_steps))};
     const auto may_win = [&](const RayErrors& errors) {
       const double factor = doubt(errors.rays);
-      return measure(tried, errors) && tried.trial.rms <= factor * target() &&
+      return measure(tried, errors) && tried.trial.rms <= factor * limits_.rms &&
              !slower(tried.trial, factor);
     };
     pilot_->march(tried.marched, atlas_, progress_, may_win);
@@ -148,22 +120,22 @@ class Search {
       run(method);
       return;
     }
-    Tried tried{{.method = method}, view_of(method, 0)};
+    Tried tried{{.method = method}, view_of(method)};
     measure(tried, pilot_->exact_errors());
     consider(tried);
   }
 
   void try_segments();
-  Trial find_lattice(double widest, double brick);
+  double find_lattice(double widest, double brick);
   void try_lattices();
 
   View view_;
   const MediumAtlas& atlas_;
   double tolerance_;
+  budget::Limits limits_;
   std::shared_ptr<Pilot> pilot_;
   std::vector<double> through_;
   Progress progress_;
-  std::optional<StepBounds> bounds_;
   Tried best_;
   std::vector<Trial> trials_;
 };
@@ -177,49 +149,43 @@ void Search::try_segments() {
   const double exact_samples = best_.trial.samples;
   for (const int segments : {1, 2, 4, 8, 16}) {
     const Method method{.integrator = Integrator::psi_weighted, .segments = segments};
-    const double cost = look_up_cost(view_of(method, 0), atlas_.paired) * exact_samples;
+    const double cost = look_up_cost(view_of(method), atlas_.paired) * exact_samples;
     if (best_.trial.accepted && cost >= best_.trial.cost) return;
     run(method);
     if (best_.trial.method == method) return;  // more segments take more time
   }
 }
 
-/// Tries lattices whose bricks may miss `brick` tolerances: at first in steps of `widest`, then
-/// narrower ones by what these miss, since errors are of second order, and once one will do wider
-/// ones below those that failed. Returns the cheapest one.
-Trial Search::find_lattice(double widest, double brick) {
-  double step = widest, failed = HUGE_VAL, missed = HUGE_VAL;
-  Trial found;
-  while (step >= narrowest_step) {
-    const Trial trial = run(lattice(view_.medium, step), brick);
-    const double ratio = std::sqrt(aimed_error / excess(trial));
-    if (trial.accepted && !(found.accepted && trial.cost >= found.cost)) {
-      found = trial;
+/// Tries lattices whose bricks may miss `brick` tolerances: the widest, then those that the last
+/// one's error asks for, since errors are of second order, until one will do. Then wider ones are
+/// tried, below the last that failed. Returns the step that will do; 0: none.
+double Search::find_lattice(double widest, double brick) {
+  const std::vector<double> bounded =
+      bounded_steps(view_, atlas_, through_, pilot_->brightest(), brick * tolerance_);
+  double step = widest, failed = HUGE_VAL, good = 0;
+  while (step >= std::max(narrowest_step, worth * good)) {
+    const Trial trial = run(lattice(view_.medium, step), fractions_of(step, bounded));
+    const double ratio = std::sqrt(aimed_error / limits_.excess(trial.rms, trial.max));
+    if (trial.accepted) {
+      good = step;
       step = std::min(step * ratio, widest);
-    } else if (!found.accepted) {
-      if (slower(trial)) break;  // narrower steps take more time
-      failed = step;
-      const bool follows = trial.rays > many_rays * double(pilot_->truth().pixels()) &&
-                           excess(trial) < less * missed;
-      missed = excess(trial);
-      step *= std::clamp(ratio, narrowest_ratio, follows ? next_ratio : narrower_ratio);
     } else {
+      if (good == 0 && slower(trial)) break;  // narrower steps take more time
       failed = step;
+      if (good == 0) step *= std::clamp(ratio, narrowest_ratio, widest_ratio);
     }
-    if (!found.accepted) continue;
-    step = std::min(step, std::sqrt(found.method.step * failed));
-    if (step < worth * found.method.step) break;
+    if (good > 0) step = std::min(step, std::sqrt(good * failed));
   }
-  return found;
+  return good;
 }
 
 /// In case bricks require small steps everywhere, wider ones are tried whose bricks keep narrower
 /// ones.
 void Search::try_lattices() {
-  const double widest = std::min(widest_step, bounds().widest(worst_brick * tolerance_));
-  const Trial found = find_lattice(widest, worst_brick);
-  const double wider = std::min(widest, 8 * found.method.step);
-  if (found.accepted && wider > worth * found.method.step) find_lattice(wider, narrow_brick);
+  const double widest = widest_by_emission(view_.medium, atlas_, budget::worst_brick * tolerance_);
+  const double found = find_lattice(widest, budget::worst_brick);
+  const double wider = std::min(widest, 8 * found);
+  if (wider > worth * found) find_lattice(wider, budget::narrow_brick);
 }
 
 }  // namespace

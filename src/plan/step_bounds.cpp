@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "field/index_space.h"
 #include "plan/brick_effects.h"
@@ -13,7 +12,7 @@ namespace psivox {
 namespace {
 
 /// Smallest fraction of a step; below that, cells are cheaper.
-constexpr double least_part = 1.0 / 4096;
+constexpr double least_fraction = 1.0 / 4096;
 
 /// Number of kinks that one ray may meet in a brick with errors of the same sign, divided by the 8
 /// of h^2/8, which is what a step misses at one kink. From the pictures of
@@ -33,6 +32,21 @@ double greatest_slope(const float* values) {
   }
   return std::sqrt(sum);
 }
+
+/// The step at which the lesser of first * h and second * h^2 is `most`.
+double step_at(double most, double first, double second) {
+  return std::max(first > 0 ? most / first : 1e30, second > 0 ? std::sqrt(most / second) : 1e30);
+}
+
+/// What a step may miss of a brick's attenuation.
+struct BrickBound {
+  FunctionBend bend;
+  double depth;  ///< [attenuation times voxels]
+
+  double by_first() const { return step(HUGE_VAL); }
+  /// With kinks of the attenuation of at most so much.
+  double step(double kink) const { return step_at(depth, bend.range / 2, kinks_share * kink); }
+};
 
 }  // namespace
 
@@ -56,14 +70,17 @@ std::vector<double> light_through(const View& view, const MediumAtlas& atlas,
   return through;
 }
 
-StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, std::span<const double> through,
-                       double brightest)
-    : density_(atlas.density) {
+std::vector<double> bounded_steps(const View& view, const MediumAtlas& atlas,
+                                  std::span<const double> through, double brightest, double error) {
   const Medium& medium = view.medium;
+  const BrickAtlas& density = atlas.density;
   const double scale = medium.extinction * finest_voxel(*medium.density);
-  kink_scale_ = scale * kinks_share;
   const FunctionBends bends(medium.transfer.get());
-  for (const BrickStats& brick : atlas.density.bricks) {
+  std::vector<BrickBound> bounds;
+  std::vector<double> steps;
+  std::vector<bool> wanted;  // the second order takes a while, and matters where it may decide
+  for (std::size_t i = 0; i < density.bricks.size(); ++i) {
+    const BrickStats& brick = density.bricks[i];
     FunctionBend bend = bends.between(double(brick.min), double(brick.max));
     // from a value to the vacuum of cells with absent corners, between two samples
     if (brick.absent) bend.range = std::max(bend.range, bend.most);
@@ -71,90 +88,59 @@ StepBounds::StepBounds(const View& view, const MediumAtlas& atlas, std::span<con
       bend.range = medium.transfer->max_attenuation({brick.min, brick.max}, {0.0, 1e38});
       bend.turn = 1e38;
     }
-    bounds_.push_back({.first = scale * bend.range / 2,
-                       .second = kink_scale_ * bend.slope * double(brick.second_difference),
-                       .light = std::max(through[bounds_.size()], brightest),
-                       .slope = bend.slope,
-                       .turn = bend.turn});
+    // missing a depth d loses the fraction 1 - e^{-d} of the light there and behind it
+    const double light = std::max(through[i], brightest);
+    bounds.push_back(
+        {.bend = bend, .depth = (error < light ? -std::log1p(-error / light) : 1e30) / scale});
+    const BrickBound& bound = bounds.back();
+    const double inside = bend.slope * double(brick.second_difference);
+    wanted.push_back(bound.by_first() < std::min(widest_step, bound.step(inside)));
+    steps.push_back(bound.by_first());
   }
-  for (std::size_t i = 0; i < medium.emission.size(); ++i)
-    bound_emission(medium, i, atlas.emission[i]);
-}
-
-void StepBounds::complete(const std::vector<bool>& wanted) {
-  const std::vector<float> kinks = brick_kinks(density_, wanted);
+  if (std::ranges::count(wanted, true) == 0) return steps;
+  const std::vector<float> kinks = brick_kinks(density, wanted);
   tbb::parallel_for(std::size_t{0}, kinks.size(), [&](std::size_t i) {
     if (!wanted[i]) return;
-    Bound& bound = bounds_[i];
-    // where the function bends, the attenuation's slope changes by the slope of the
-    // values times the bend
-    double steepest = double(density_.bricks[i].max) - double(density_.bricks[i].min);
-    if (bound.turn > 0)
-      steepest = std::min(steepest, greatest_slope(density_.texels.get() + i * brick_texels));
-    bound.second = kink_scale_ * (bound.slope * double(kinks[i]) + bound.turn * steepest);
-    bound.complete = true;
+    const FunctionBend& bend = bounds[i].bend;
+    // where the function bends, the attenuation's slope changes by the slope of the values times
+    // the bend
+    double steepest = double(density.bricks[i].max) - double(density.bricks[i].min);
+    if (bend.turn > 0)
+      steepest = std::min(steepest, greatest_slope(density.texels.get() + i * brick_texels));
+    steps[i] = bounds[i].step(bend.slope * double(kinks[i]) + bend.turn * steepest);
   });
-}
-
-void StepBounds::bound_emission(const Medium& medium, std::size_t place,
-                                const BrickAtlas& emission) {
-  const std::vector<float> kinks = brick_kinks(emission);
-  const double unit = finest_voxel(*medium.density);
-  const double voxels =
-      unit / finest_voxel(*medium.emission[place].field);  // of the emission in a step of 1
-  // the errors of several grids add up
-  const double scale = medium.emission[place].scale * unit * double(medium.emission.size());
-  const std::size_t stride = std::size_t(emission.channels) * brick_texels;
-  for (std::size_t i = 0; i < kinks.size(); ++i) {
-    const float* values = emission.texels.get() + i * stride;
-    const auto [least, most] = std::minmax_element(values, values + stride);
-    emission_.push_back(
-        {scale * double(*most - *least), scale * voxels * kinks_share * double(kinks[i])});
-  }
-}
-
-double StepBounds::Bound::step(double depth) const {
-  return std::max(first > 0 ? depth / first : 1e30, second > 0 ? std::sqrt(depth / second) : 1e30);
-}
-
-double StepBounds::Bound::depth(double error) const {
-  // missing a depth d loses the fraction 1 - e^{-d} of the light there and behind it
-  return error < light ? -std::log1p(-error / light) : 1e30;
-}
-
-const std::vector<double>& StepBounds::steps(double error) {
-  const auto [place, added] = steps_.try_emplace(error);
-  std::vector<double>& steps = place->second;
-  if (!added) return steps;
-  // the second order takes a while to find, and does not matter where the first decides
-  std::vector<bool> wanted;
-  for (const Bound& bound : bounds_) {
-    steps.push_back(bound.depth(error));
-    const double by_first = bound.first > 0 ? steps.back() / bound.first : 1e30;
-    wanted.push_back(!bound.complete && by_first < widest_step &&
-                     by_first < bound.step(steps.back()));
-  }
-  if (std::ranges::count(wanted, true) > 0) complete(wanted);
-  for (std::size_t i = 0; i < bounds_.size(); ++i) steps[i] = bounds_[i].step(steps[i]);
   return steps;
 }
 
-BrickSteps StepBounds::parts(double step, double error) {
-  const std::vector<double>& allowed = steps(error);
-  if (std::all_of(allowed.begin(), allowed.end(), [&](double most) { return most >= step; }))
-    return {};
-  auto parts = std::make_shared<std::vector<float>>(allowed.size());
-  std::transform(allowed.begin(), allowed.end(), parts->begin(),
-                 [&](double most) { return float(std::clamp(most / step, least_part, 1.0)); });
-  return parts;
+BrickSteps fractions_of(double step, std::span<const double> bounded) {
+  if (std::ranges::all_of(bounded, [&](double most) { return most >= step; })) return {};
+  auto fractions = std::make_shared<std::vector<float>>(bounded.size());
+  std::ranges::transform(bounded, fractions->begin(), [&](double most) {
+    return float(std::clamp(most / step, least_fraction, 1.0));
+  });
+  return fractions;
 }
 
-double StepBounds::widest(double error) const {
-  double step = std::numeric_limits<double>::infinity();
-  for (const Bound& bound : emission_)
-    if (bound.first > 0)
-      step = std::min(step, std::max(error / bound.first, std::sqrt(error / bound.second)));
-  return step;
+double widest_by_emission(const Medium& medium, const MediumAtlas& atlas, double error) {
+  double widest = widest_step;
+  for (std::size_t grid = 0; grid < medium.emission.size(); ++grid) {
+    const BrickAtlas& emission = atlas.emission[grid];
+    const std::vector<float> kinks = brick_kinks(emission);
+    const double unit = finest_voxel(*medium.density);
+    const double voxels =
+        unit / finest_voxel(*medium.emission[grid].field);  // of the emission in a step of 1
+    // the errors of several grids add up
+    const double scale = medium.emission[grid].scale * unit * double(medium.emission.size());
+    const std::size_t stride = std::size_t(emission.channels) * brick_texels;
+    for (std::size_t i = 0; i < kinks.size(); ++i) {
+      const float* values = emission.texels.get() + i * stride;
+      const auto [least, most] = std::minmax_element(values, values + stride);
+      const double first = scale * double(*most - *least);
+      const double second = scale * voxels * kinks_share * double(kinks[i]);
+      widest = std::min(widest, step_at(error, first, second));
+    }
+  }
+  return widest;
 }
 
 }  // namespace psivox
