@@ -8,6 +8,7 @@
 #include <random>
 
 #include "field/field_index.h"
+#include "plan/pilot.h"
 #include "scene/transfer_function.h"
 
 namespace psivox {
@@ -32,13 +33,6 @@ class Uniform {
  private:
   std::mt19937 random_{1};
 };
-
-/// Columns and rows of about `count` rays of the picture.
-glm::ivec2 rays_of(const glm::ivec2& picture, double count) {
-  const glm::dvec2 size(picture);
-  const double width = std::round(std::sqrt(count * size.x / size.y));
-  return glm::clamp(glm::ivec2(int(width), int(count / width)), glm::ivec2(1), picture);
-}
 
 double opacity_of(const std::vector<Crossed>& cells) {
   double depth = 0;
@@ -141,7 +135,7 @@ LightPilot::Volume::Volume(View from, std::size_t volume, const MediumDepths& me
 void LightPilot::Volume::place_points(double wanted_rays, double from) {
   Uniform uniform;
   View small = view;
-  const glm::ivec2 size = rays_of(view.scene.resolution, std::max(from, wanted_rays));
+  const glm::ivec2 size = rays_over(view.scene.resolution, std::max(from, wanted_rays));
   small.scene.resolution = size;
   // one ray, at a random place, of each part of the picture
   std::vector<glm::dvec2> places;
@@ -281,13 +275,6 @@ LightError LightPilot::error(const BeamsOn& beams) const {
   });
 }
 
-LightError LightPilot::error(const LightPilot& other) const {
-  std::size_t i = 0;
-  return sum_of([&](const Volume& volume) {
-    return volume.error(other.volumes_[i++]->truth, [](const auto&) { return 1.0; });
-  });
-}
-
 LightError LightPilot::error(const LightMethod& method) const {
   return sum_of([&](const Volume& volume) {
     std::vector<Beam> beams = beams_(volume.view, volume.number);
@@ -301,6 +288,10 @@ double LightPilot::coverage() const {
   double sum = 0;
   for (const auto& volume : volumes_) sum += volume->coverage;
   return sum;
+}
+
+double LightPilot::transmittance(double light) const {
+  return transmittance_of(light, volumes_.front()->view.scene.scatter_octaves);
 }
 
 double LightPilot::mean_cells(double termination) const {

@@ -47,14 +47,13 @@ class LightPilot {
   LightError error(const Medium& lit) const;
   /// In the light of other beams, exactly.
   LightError error(const BeamsOn& beams) const;
-  /// In the exact light of another pilot's beams, at the same points: of the same view, and as many
-  /// rays.
-  LightError error(const LightPilot& other) const;
   /// In the pilot's own beams by a method.
   LightError error(const LightMethod& method) const;
 
   /// Mean square of the opacity of the picture's rays. The error of its light grows with its root.
   double coverage() const;
+  /// The transmittance behind which no more than `light` of a beam arrives.
+  double transmittance(double light) const;
   /// Cells with attenuation that a ray from a voxel of the first volume crosses before it ends at
   /// that transmittance, on average.
   double mean_cells(double termination) const;

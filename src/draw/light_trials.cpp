@@ -2,35 +2,22 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <numbers>
 
-#include "march/light_lattice.h"
+#include "plan/budget.h"
 
 namespace psivox {
 namespace {
 
-/// Spacings of columns for light of a known error [voxels], from the widest (a wider one may leave
-/// a few pixels far off) to the least.
-constexpr double coarse = 2, finest = 0.25;
+/// The candidates: spacings of columns [voxels], and 0 for exact rays. A wider lattice may leave a
+/// few pixels far off.
+constexpr double root = std::numbers::sqrt2;
+constexpr double spacings[] = {2, root, 1, root / 2, 1.0 / 2, root / 4, 1.0 / 4, 0};
 
-/// The spacing of the lattice with twice the columns; 1 after the square root of 2, exactly.
-double next_spacing(double spacing) {
-  return std::exp2((std::round(2 * std::log2(spacing)) - 1) / 2);
-}
-
-/// Part of the error of a lattice that one of another spacing leaves: half of it left 0.23 above a
-/// voxel and 0.13 below on smoke and clouds (docs/notes/decisions.md). What is computed by it is
-/// compared again.
-double left_at(double spacing, double known) {
-  const double below = std::min(spacing, 1.0) / std::min(known, 1.0);
-  return std::pow(spacing / known, 2) * std::pow(below, 0.64);
-}
-
-/// A lattice is taken only if its expected error is at most this part of what will do: computing
-/// one in vain costs more than columns closer than needed.
-constexpr double sure = 0.75;
-
-/// Rays that are exact end at this part of what the light may miss.
-constexpr double termination_share = 0.5;
+/// Power of the spacing with which the error of lattices falls: half of it left 0.23 above a voxel
+/// and 0.13 below on smoke and clouds.
+constexpr double order = 2.5;
 
 /// Time of a cell that a ray crosses, in look-ups of a lattice, on llvmpipe: 4 to 7 on clouds,
 /// smoke and labels.
@@ -50,49 +37,46 @@ double lattice_look_ups(double spacing) {
 
 }  // namespace
 
-std::pair<LightError, bool> LightTrials::expected(double spacing) const {
-  const auto wider = tried_.lower_bound(spacing);
-  const auto& [known, off] = wider == tried_.end() ? *tried_.rbegin() : *wider;
-  if (known == spacing) return {off, true};
-  return {off * left_at(spacing, known), false};
-}
-
-LightChoice LightTrials::best() {
-  const LightMethod rays{.termination = transmittance_of(termination_share * rms_, octaves_)};
-  const double ray_look_ups = cell_cost * pilot_.mean_cells(rays.termination);
-  if (tried_.empty()) learn(coarse, pilot_.error(LightMethod{.spacing = coarse}));
-  const auto directions = [&](double left) { return directions_ ? directions_->count(left) : 1; };
-  LightChoice best{rays, directions(most(1))};
-  double least = best.count * (output_cost + ray_look_ups), left_for_count = most(1);
-  for (double spacing = directions_ ? double(widest_spacing) : coarse; spacing >= finest;
-       spacing = next_spacing(spacing)) {
-    const auto [off, known] = expected(spacing);
-    const double allowed = most(spacing), counted = known ? off.rms : off.rms / sure;
-    if (!(counted < allowed)) continue;
-    const double left = std::sqrt(allowed * allowed - counted * counted);
-    const int count = directions(left);
-    const double time = count * (output_cost + lattice_look_ups(spacing));
-    if (time >= least) continue;
-    best = {{.spacing = spacing}, count, off};
-    least = time;
-    left_for_count = left;
+LightChoice choose_light(const LightPilot& pilot, double rms, SkyTrial* sky,
+                         const MeasureLight& measure) {
+  const double end = pilot.transmittance(budget::light_rays_end * rms);
+  const double ray_look_ups = cell_cost * pilot.mean_cells(end);
+  std::map<double, LightError> tried{{spacings[0], pilot.error(LightMethod{spacings[0]})}};
+  double measured = sky ? spacings[0] : -1;  // lights are measured as they are computed in full
+  while (true) {
+    LightChoice best;
+    double least = HUGE_VAL, left_for_count = 0;
+    for (const double spacing : spacings) {
+      LightError off;
+      double counted = 0;
+      if (spacing > 0) {
+        const auto& [known, miss] = *tried.lower_bound(spacing);
+        off = miss * std::pow(spacing / known, order);
+        counted = known == spacing ? off.rms : off.rms / budget::light_sure;
+      }
+      // of one light, the errors of lattices wider than a voxel are larger in few pixels
+      const double wide = sky ? 1 : std::max(1.0, spacing * spacing);
+      const double most = budget::light_safety * rms / wide;
+      if (counted >= most) continue;
+      const double left = std::sqrt(most * most - counted * counted);
+      const int count = sky ? sky->count(left) : 1;
+      const double look_ups = spacing > 0 ? lattice_look_ups(spacing) : ray_look_ups;
+      const double time = count * (output_cost + look_ups);
+      if (time >= least) continue;
+      best = {{.spacing = spacing, .termination = spacing > 0 ? 0 : end}, count, off};
+      least = time;
+      left_for_count = left;
+    }
+    if (best.method.spacing != measured) {
+      measured = best.method.spacing;
+      tried[measured] = measure(best.method);
+      continue;
+    }
+    if (!sky) return best;
+    best.count = sky->tried(best.count, left_for_count);
+    best.miss = sum(best.miss, sky->miss(best.count));
+    return best;
   }
-  if (best.method.spacing > 0)  // of what is far finer than all that was tried little is known
-    best.method.spacing = std::max(best.method.spacing, tried_.begin()->first / 2);
-  if (!directions_) return best;
-  best.count = directions_->tried(best.count, left_for_count);
-  best.miss = sum(best.miss, directions_->miss(best.count));
-  return best;
-}
-
-LightChoice LightTrials::settled() {
-  LightChoice choice = best();
-  for (double at = choice.method.spacing; at > 0 && !tried_.contains(at);
-       at = choice.method.spacing) {
-    learn(at, pilot_.error(choice.method));
-    choice = best();
-  }
-  return choice;
 }
 
 SkyTrial::SkyTrial(const View& view, const MediumDepths& depths)
@@ -107,7 +91,7 @@ int SkyTrial::count(double most) {
     // So many cost much, and the few may tell too much, where they miss a phase's peak, or too
     // little: the error of light that has an edge falls as N^(-3/4) (Beck 1987).
     if (!many_) {
-      many_ = LightPilot(view_, depths_, sky_of(2 * many_count)).error(pilot_);
+      many_ = LightPilot(view_, depths_, sky_of(2 * many_count)).error(sky_of(many_count));
       rate_ = std::clamp(std::log(few_.rms / many_->rms) / std::log(many_count / double(few_count)),
                          0.75, 1.0);
     }

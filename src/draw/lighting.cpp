@@ -8,6 +8,7 @@
 #include "field/field_index.h"
 #include "field/index_space.h"
 #include "march/light_lattice.h"
+#include "plan/budget.h"
 #include "scene/cuts.h"
 
 namespace psivox {
@@ -61,7 +62,7 @@ std::unordered_set<glm::ivec3, VoxelHash> blocks_along(const Field& field,
 }  // namespace
 
 double light_share(const Scene& scene) {
-  return scene.sky || !scene.environment.empty() ? 0.85 : 0.5;
+  return scene.sky || !scene.environment.empty() ? budget::sky : budget::lights;
 }
 
 View Lighting::typical_view(const View& view) const {
@@ -129,21 +130,23 @@ void Lighting::replace(const View& view, const LightSource& source, LightNeed ne
   }
   const BeamsOn some = sky_of(tried_sky_count);
   if (some(view, 0).empty()) return settle_lights(view, depths, need.rms, progress);
-  // what lights beside a sky miss adds to it in quadrature; they take little time
-  const double lights_share = beams_.empty() ? 0 : 0.4;
   LightError lights_error;
+  double sky_rms = need.rms, begin = 0;
   if (!beams_.empty()) {
-    settle_lights(view, depths, lights_share * need.rms, part_of(progress, 0, 0.2));
+    const double lights_rms = budget::beside_sky * need.rms;
+    settle_lights(view, depths, lights_rms, part_of(progress, 0, 0.2));
     lights_error = error_;
+    sky_rms = budget::beside(lights_rms, need.rms);
+    begin = 0.2;
   }
-  const double begin = beams_.empty() ? 0 : 0.2;
   if (progress) progress(begin);
-  const double sky_rms = std::sqrt(1 - lights_share * lights_share) * need.rms;
   const auto tried_on = [&](const View& from) {
     SkyTrial directions(from, depths);
-    const LightChoice choice = LightTrials(from, depths, some, sky_rms, &directions).settled();
+    const LightPilot pilot(from, depths, some);
     sky_coverage_ = directions.coverage();
-    return choice;
+    return choose_light(pilot, sky_rms, &directions, [&](const LightMethod& method) {
+      return method.spacing > 0 ? pilot.error(method) : LightError{};
+    });
   };
   const View typical = typical_view(view);
   LightChoice sky = tried_on(typical);
@@ -164,20 +167,17 @@ void Lighting::replace(const View& view, const LightSource& source, LightNeed ne
 void Lighting::settle_lights(const View& view, const MediumDepths& depths, double rms,
                              const Progress& progress) {
   const View typical = typical_view(view);
-  std::optional<LightPilot> own;  // the trials' pilots serve the typical picture
+  const LightPilot pilot(typical, depths, beams_of(beams_));
+  std::optional<LightPilot> own;  // of a picture that is not the typical one
   if (view.camera != typical.camera) own.emplace(view, depths, beams_of(beams_));
-  LightTrials trials(typical, depths, beams_of(beams_), rms);
-  while (true) {
-    const LightMethod method = trials.best().method;
+  choose_light(pilot, rms, nullptr, [&](const LightMethod& method) {
     set_method(beams_, method);
     sum_up(view, depths, progress);
-    LightError off = trials.pilot().error(*medium_);
+    LightError off = pilot.error(*medium_);
     error_ = own ? own->error(*medium_) : off;
-    if (method.spacing == 0) return;
-    off.rms = std::max(off.rms, light_safety * error_.rms);
-    trials.learn(method.spacing, off);
-    if (trials.enough(method.spacing)) return;
-  }
+    off.rms = std::max(off.rms, budget::light_safety * error_.rms);
+    return off;
+  });
 }
 
 void Lighting::add_sky(const View& view, int count) {
