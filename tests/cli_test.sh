@@ -71,6 +71,14 @@ t 5 "" examples -o "$S/below"
 cp "$S" thumbnail.png
 t 0 - render "$S" -o thumbnail --thumbnail 48
 cmp -s "$S" thumbnail.png || fail "a thumbnail without an extension took another file's place"
+touch linked && chmod 600 linked && ln -s linked link
+t 0 - render "$S" -o link --thumbnail 48
+[ -L link ] && [ "$(stat -c %a linked)" = 600 ] && cmp -s thumbnail linked || fail "a thumbnail replaced a link, or changed a mode"
+rm link && mkfifo thumbs
+timeout 20 cat thumbs >piped &
+t 0 - render "$S" -o thumbs --thumbnail 48
+wait $!
+[ -p thumbs ] && cmp -s thumbnail piped || fail "a thumbnail replaced a pipe"
 t 0 rms compare thumbnail thumbnail
 t 2 "--thumbnail needs a file" render "$S" --print-scene --thumbnail 48
 t 2 "expected a whole number" render "$S" -o a.png --thumbnail 0

@@ -75,13 +75,10 @@ void make_thumbnail(RenderCall& call, Scene& scene) {
 /// Gives the picture the name that was asked for: some file managers name no extension.
 void name_thumbnail(const RenderCall& call) {
   if (call.output == call.thumbnail_name) return;
-  std::error_code failed;
-  std::filesystem::rename(call.output, call.thumbnail_name, failed);
-  if (!failed) return;
+  const std::string picture = read_text(call.output, "thumbnail");
   std::error_code unknown;
   std::filesystem::remove(call.output, unknown);
-  throw Error(ExitCode::output,
-              "cannot write " + in_quotes(call.thumbnail_name) + ": " + failed.message());
+  write_text(call.thumbnail_name, picture);  // through links and to devices, with the mode as it is
 }
 
 // --- several processes that draw a picture together ----------------------------------------
