@@ -236,6 +236,17 @@ for device in /dev/zero "$work/pipe"; do
   grep -q "is a pipe or a device" printed.txt || fail "$device: $(<printed.txt)"
 done
 t 0 - render "$S" -o a.exr --transfer-function <(cat function.json) $R
+# JSON that is nested deeper than the stack bears.
+nested=$(head -c 200000 /dev/zero | tr '\0' '['; head -c 200000 /dev/zero | tr '\0' ']')
+echo "$nested" | tee deep.tf.json >deep.gltf
+echo "{\"extinction\": $nested}" >deep.json
+echo "{\"steps\": $nested}" >deep.study.json
+mkdir deep && cp deep.json deep/results.json
+for deep in "2 --scene deep.json" "2 --look ./deep.json" "3 --transfer-function deep.tf.json" "3 --camera deep.gltf" "3 --camera-path deep.gltf"; do
+  t ${deep%% *} "nested deeper than 200" render "$S" -o a.exr ${deep#* }
+done
+t 2 "nested deeper than 200" study "$S" -o study --study deep.study.json
+t 3 "nested deeper than 200" study "$S" -o deep --resume --steps 1 $R
 # A table of gradients and points is counted before it is made.
 list() { seq -s, "$1"; }
 printf '{"gradients": [%s], "points": [%s]}' "$(list 4000)" \

@@ -20,6 +20,7 @@
 #include "medium/map_field.h"
 #include "psivox/draw.h"
 #include "psivox/error.h"
+#include "scene/json_problem.h"
 #include "vdb/grid_names.h"
 
 namespace psivox {
@@ -59,7 +60,7 @@ LookFile parsed(const std::string& text, const std::string& source) {
   const auto fail = [&](const std::string& what) {
     throw Error(ExitCode::usage, in_quotes(source) + ": " + what);
   };
-  nlohmann::json look = nlohmann::json::parse(text, nullptr, false);
+  nlohmann::json look = shallow_json(text, in_quotes(source), ExitCode::usage, /*throws=*/false);
   if (!look.is_object()) fail("not a look: expected a JSON object of scene parameters");
   LookFile file;
   if (const auto choose = look.find("choose"); choose != look.end()) {

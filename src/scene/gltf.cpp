@@ -18,6 +18,7 @@
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
+#include "scene/json_problem.h"
 
 namespace psivox {
 namespace {
@@ -42,10 +43,10 @@ std::optional<std::string> chunk_of_glb(const std::string& bytes, std::size_t at
 
 /// The JSON of a .gltf or .glb file.
 Json parsed_gltf(const std::string& bytes, const std::string& source) {
-  if (!source.ends_with(".glb")) return Json::parse(bytes);
+  if (!source.ends_with(".glb")) return shallow_json<Json>(bytes, source, ExitCode::input);
   const std::optional<std::string> text = chunk_of_glb(bytes, glb_header, "JSON");
   if (!bytes.starts_with("glTF") || !text) refuse(source, "is not a valid .glb file");
-  return Json::parse(*text);
+  return shallow_json<Json>(*text, source, ExitCode::input);
 }
 
 /// The binary chunk of a .glb file; empty if there is none.

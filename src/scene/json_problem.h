@@ -26,10 +26,24 @@ inline std::string json_problem(std::string_view text, const nlohmann::json::exc
          (tells ? ":" + said.substr(expected + 1) : " is not valid");
 }
 
+/// The JSON of a text. Functions may follow it by recursion: it is nested no deeper than the stack
+/// bears. Throws an Error that begins with `where` if it is, and what Json::parse throws.
+template <typename Json = nlohmann::json>
+Json shallow_json(std::string_view text, const std::string& where, ExitCode code,
+                  bool throws = true) {
+  constexpr int deepest = 200;
+  const auto check = [&](int depth, typename Json::parse_event_t, Json&) {
+    if (depth > deepest)
+      throw Error(code, where + ": it is nested deeper than " + std::to_string(deepest));
+    return true;
+  };
+  return Json::parse(text, check, throws);
+}
+
 /// The JSON of a text. Throws an Error: "not a scene in JSON: line 3, ...", if `what` is a scene.
 inline nlohmann::json parsed_json(std::string_view text, const std::string& what, ExitCode code) {
   try {
-    return nlohmann::json::parse(text);
+    return shallow_json(text, "not " + what, code);
   } catch (const nlohmann::json::exception& error) {
     throw Error(code, "not " + what + " in JSON: " + json_problem(text, error));
   }

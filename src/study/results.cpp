@@ -11,6 +11,7 @@
 #include "psivox/error.h"
 #include "psivox/marcher.h"
 #include "psivox/parameters.h"
+#include "scene/json_problem.h"
 #include "study/conclusion.h"
 #include "study/page.h"
 
@@ -327,7 +328,7 @@ std::string results_csv(const StudyResults& results) {
 
 StudyResults results_from_json(std::string_view text, std::string_view source) {
   try {
-    const Json j = Json::parse(text);
+    const Json j = shallow_json<Json>(text, std::string(source), ExitCode::input);
     if (j.at("psivox_study").get<int>() != format_version)
       throw Error(ExitCode::input, std::string(source) + ": results of another version of psivox");
     StudyResults r;
