@@ -247,6 +247,19 @@ for deep in "2 --scene deep.json" "2 --look ./deep.json" "3 --transfer-function 
 done
 t 2 "nested deeper than 200" study "$S" -o study --study deep.study.json
 t 3 "nested deeper than 200" study "$S" -o deep --resume --steps 1 $R
+# Texts of a picture that unpack to gigabytes.
+python3 - <<'END'
+import struct, zlib
+def chunk(kind, data):
+    return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+text = zlib.compress(bytes(7900000).replace(b"\0", b"a"), 9)
+with open("texts.png", "wb") as png:
+    png.write(b"\x89PNG\r\n\x1a\n" + chunk(b"IHDR", struct.pack(">IIBBBBB", 2, 1, 8, 2, 0, 0, 0)))
+    for n in range(400):
+        png.write(chunk(b"zTXt", b"k%d\0\0" % n + text))
+    png.write(chunk(b"IDAT", zlib.compress(bytes(7))) + chunk(b"IEND", b""))
+END
+(ulimit -v 3000000 && "$program" compare texts.png texts.png >/dev/null) || fail "texts.png takes more than 3 GB"
 # A table of gradients and points is counted before it is made.
 list() { seq -s, "$1"; }
 printf '{"gradients": [%s], "points": [%s]}' "$(list 4000)" \
