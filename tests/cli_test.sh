@@ -399,6 +399,12 @@ for filter in exact hardware; do
 done
 t 0 rms compare exact.exr hardware.exr --max-rms 1e-2
 t 5 "no directory" render "$S" -o /nonexistent/a.exr $R
+long=$(printf 'x%.0s' {1..300})
+t 5 "File name too long" render "$S" -o a.exr --stats $long.json $R
+t 5 "File name too long" render "$S" -o $long.html $R
+t 5 "File name too long" study "$S" -o $long $R
+ln -s circle.json circle.json
+t 5 "symbolic links" render "$S" -o a.exr --stats circle.json $R
 t 3 "no such file" render nope.vdb -o a.exr $R
 t 3 "cannot be read from the standard input" render - -o a.exr $R
 t 2 "no output; give -o a.png" render "$S" a.png $R

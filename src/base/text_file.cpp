@@ -73,6 +73,7 @@ fs::path followed(fs::path path) {
     if (is_strangers(path)) fail(EACCES);
     path = directory_of(path) / fs::read_symlink(path, ignored);
   }
+  if (fs::is_symlink(path, ignored)) fail(ELOOP);
   return path;
 }
 
@@ -98,7 +99,9 @@ std::string read_text(const std::string& path, const std::string& what) {
 
 void check_text_writable(const std::string& path) {
   if (path == "-") return;
-  if (fs::is_directory(path)) fail(path, EISDIR);
+  std::error_code unknown;
+  if (fs::is_directory(path, unknown)) fail(path, EISDIR);
+  if (unknown && unknown != std::errc::no_such_file_or_directory) fail(path, unknown.value());
   const std::string place = is_special(path) ? path : directory_of(path).string();
   if (access(place.c_str(), W_OK) != 0) fail(path, errno);
 }
