@@ -586,6 +586,17 @@ cmp -s a.png b.png && fail "--ocio-view changes nothing"
 t 0 '"ocio-display": "Screen"' render --scene b.png -o c.png --print-scene -q
 cmp -s b.png c.png || fail "a view's metadata draw another"
 t 0 - render "$S" -o a.exr --ocio none.ocio $R  # linear radiance has no view
+# Transforms in a circle, a pipe in the place of a table, and a table that is an input.
+sed 's/!<Exp.*/!<ColorSpaceTransform> {src: shown, dst: light}}/' small.ocio >circle.ocio
+sed 's/!<Exp.*/!<FileTransform> {src: "endless.cube"}}/' small.ocio >endless.ocio
+sed 's/!<Exp.*/!<FileTransform> {src: table.cube}}/; s/^roles/search_path: "luts:project"\n&/' small.ocio >table.ocio
+mkfifo endless.cube
+mkdir -p luts && { echo LUT_3D_SIZE 2; printf '0.5 0.5 0.5\n%.0s' {1..8}; } >luts/table.cube
+t 3 "OpenColorIO crashes, or takes" render "$S" -o a.png --ocio circle.ocio $R
+said=$(timeout 20 "$program" render "$S" -o a.png --ocio endless.ocio $R 2>&1)
+[[ $said == *"which is a pipe or a device" ]] || fail "a config's pipe is waited for"
+t 0 - render "$S" -o a.png --ocio table.ocio $R
+t 2 "is the input 'luts/table.cube'" render "$S" -o a.png --ocio table.ocio --stats luts/table.cube $R
 t 0 - render "$S" -o a.exr --exposure 3 --tone-map filmic $R  # linear radiance has neither
 t 0 - render "$S" -o b.exr $R
 t 0 rms compare a.exr b.exr --max-abs 0

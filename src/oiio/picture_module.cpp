@@ -5,16 +5,28 @@
 #include <OpenImageIO/imagebuf.h>
 #include <OpenImageIO/imagebufalgo.h>
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <sys/prctl.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cmath>
+#include <csignal>
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
+#include <filesystem>
+#include <fstream>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
+#include <new>
+#include <set>
 #include <span>
 #include <string>
 #include <string_view>
@@ -22,6 +34,7 @@
 
 #include "base/input_file.h"
 #include "base/text.h"
+#include "base/text_file.h"
 #include "colour/colour.h"
 #include "image/formats.h"
 #include "image/srgb_codes.h"
@@ -212,6 +225,70 @@ Error refused(const OcioView& view, const std::string& why) {
   return Error(ExitCode::input, "--ocio " + in_quotes(view.config) + ": " + one_line(why));
 }
 
+/// Does first in a process of its own, under limits, what a config may make endless: transforms
+/// that lead in circles, lists that repeat each other, a pipe in the place of a table. Throws
+/// Error(input) if that process does not reach the end.
+void try_apart(const OcioView& view, const std::function<void()>& work) {
+  constexpr int seconds = 10, most_seconds = 60;  // of the processor, and with waiting
+  constexpr rlim_t memory = rlim_t{2} << 30;
+  int ends[2];
+  if (::pipe2(ends, O_CLOEXEC) != 0) throw refused(view, "there is no pipe to a process for it");
+  const pid_t apart = ::fork();
+  if (apart == 0) {
+    ::prctl(PR_SET_PDEATHSIG, SIGKILL);
+    std::uint64_t pages = 0;  // the sixth number: what this process has already
+    std::ifstream statm("/proc/self/statm");
+    for (int n = 0; n < 6; ++n) statm >> pages;
+    const rlimit most{memory + pages * rlim_t(::sysconf(_SC_PAGESIZE)), RLIM_INFINITY};
+    const rlimit time{seconds, seconds}, none{0, 0};
+    ::setrlimit(RLIMIT_DATA, &most);
+    ::setrlimit(RLIMIT_CPU, &time);
+    ::setrlimit(RLIMIT_CORE, &none);
+    ::alarm(most_seconds);
+    std::set_new_handler([] { ::_exit(1); });
+    try {
+      work();
+    } catch (const std::exception&) {  // the program meets it again, and says it
+    }
+    ::_exit(::write(ends[1], "", 1) == 1 ? 0 : 1);
+  }
+  ::close(ends[1]);
+  char end = 0;
+  ssize_t count = -1;
+  while (apart > 0 && (count = ::read(ends[0], &end, 1)) < 0 && errno == EINTR) continue;
+  ::close(ends[0]);
+  if (apart > 0) ::waitpid(apart, nullptr, 0);
+  if (count != 1)
+    throw refused(view, "OpenColorIO crashes, or takes more than 10 s or 2 GiB, to read it");
+}
+
+/// Keeps outputs off the files that a config may name: all of its words that are files, seen from
+/// its folder and from those that it names. Throws Error(input) for a pipe or a device.
+void expect_named_files(const OcioView& view, std::string text) {
+  namespace fs = std::filesystem;
+  constexpr std::size_t most_folders = 32;
+  for (char& letter : text)
+    if (std::strchr("\n\r,:[]{}\"'", letter)) letter = '\n';
+  std::set<std::string> words;
+  for (const std::string& line : split(text, '\n'))
+    if (const std::size_t first = line.find_first_not_of(" \t-"); first != line.npos)
+      words.insert(line.substr(first, line.find_last_not_of(" \t") + 1 - first));
+  const fs::path own = fs::path(view.config).parent_path();
+  std::vector<fs::path> folders{own};
+  std::error_code none;
+  for (const std::string& word : words)
+    if (folders.size() < most_folders && fs::is_directory(own / word, none))
+      folders.push_back(own / word);
+  for (const std::string& word : words)
+    for (const fs::path& folder : folders) {
+      const fs::file_status status = fs::status(folder / word, none);
+      if (fs::is_regular_file(status))
+        InputProtection::expect(folder / word);
+      else if (fs::exists(status) && !fs::is_directory(status))
+        throw refused(view, "it names " + in_quotes(word) + ", which is a pipe or a device");
+    }
+}
+
 /// A config, read once: large ones take seconds.
 OIIO::ColorConfig& config_of(const OcioView& view) {
   static std::mutex mutex;
@@ -225,6 +302,11 @@ OIIO::ColorConfig& config_of(const OcioView& view) {
     const int file = open_input(view.config, why);
     if (file < 0) throw refused(view, why);
     ::close(file);
+    std::error_code unknown;  // a pipe can be read but once
+    if (std::filesystem::is_regular_file(view.config, unknown)) {
+      expect_named_files(view, read_text(view.config, "config"));
+      try_apart(view, [&] { OIIO::ColorConfig tried(view.config); });
+    }
   }
   auto read = std::make_unique<OIIO::ColorConfig>(view.config);
   if (read->has_error()) throw refused(view, read->geterror());
@@ -243,8 +325,17 @@ std::string named_or_first(const OcioView& view, const char* option, const std::
 
 OIIO::ColorProcessorHandle processor_of(const OcioView& view) {
   OIIO::ColorConfig& config = config_of(view);
-  OIIO::ColorProcessorHandle processor =
-      config.createDisplayTransform(view.display, view.view, view.space);
+  const auto make = [&] {
+    return config.createDisplayTransform(view.display, view.view, view.space);
+  };
+  static std::mutex mutex;
+  static std::set<std::vector<std::string>> tried;
+  std::unique_lock lock(mutex);
+  const std::vector<std::string> names{view.config, view.display, view.view, view.space};
+  if (!tried.contains(names)) try_apart(view, make);
+  tried.insert(names);
+  lock.unlock();
+  OIIO::ColorProcessorHandle processor = make();
   if (processor) return processor;
   throw refused(view, "no way from --ocio-space " + in_quotes(view.space) + " to view " +
                           in_quotes(view.view) + ": " + config.geterror());
