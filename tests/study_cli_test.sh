@@ -43,6 +43,11 @@ grep -oE ' (src|href)=|url\(' whole/index.html && fail "index.html asks for file
 # --- resuming ----------------------------------------------------------------------------------
 run 2 "--resume" "${sweep[@]}" -o whole
 run 2 "another --extinction" "${sweep[@]}" -o whole --resume --extinction 1
+# A reference that lies about its size is drawn again, and a scene that is none is no end of psivox.
+mkdir lying nowhere && sed 's/"resolution": \[32,24\]/"resolution": [64,48]/' whole/reference.exr >lying/reference.exr
+run 0 "" "${sweep[@]}" -o lying --resume --resolution 64x48 --integrators psi-exact --no-split
+sed 's/^ "scene": {$/ "scene": 5, "other": {/' whole/results.json >nowhere/results.json
+run 3 "not the results of a study" "${sweep[@]}" -o nowhere --resume
 run 2 "porter-duff step 0.5" "${sweep[@]}" -o whole --resume --steps 1
 exec 9<whole
 flock 9

@@ -341,6 +341,9 @@ StudyResults results_from_json(std::string_view text, std::string_view source) {
     r.input = j.at("input").at("file");
     r.date = j.value("date", "");
     r.input_hash = j.at("input").value("sha256", "");
+    if (!j.at("scene").is_object())
+      throw Error(ExitCode::input,
+                  std::string(source) + ": not the results of a study: it has no scene");
     r.scene = j.at("scene").dump();
     r.reference_bound = j.at("reference").at("error_bound");
     r.repeats = j.at("repeats");

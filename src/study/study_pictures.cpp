@@ -102,7 +102,9 @@ Image StudyPictures::make_reference(const Variant& variant) {
   const std::string text = to_json(own);
   if (options_.resume && fs::exists(path)) {
     const EarlierOutput drawn;
-    if (read_metadata(path, "psivox:scene") == text) return read_image(path);
+    if (read_metadata(path, "psivox:scene") == text)
+      if (Image kept = read_image(path); glm::ivec2(kept.width, kept.height) == own.resolution)
+        return kept;
   }
   Image image = session.draw(*by_reference, wish).image;
   image.metadata["psivox:scene"] = text;
