@@ -710,6 +710,12 @@ for value in 1e37 1e-38; do
   printf "$value %.0s" {1..216} >>$value.nrrd
 done
 t 0 - render 1e37.nrrd -o a.exr $R
+for power in 38 -30; do
+  printf 'NRRD0004\ntype: float\ndimension: 4\nsizes: 3 6 6 6\nkinds: vector domain domain domain\nencoding: ascii\n\n' >vectors.nrrd
+  printf "0.%se$power " {1..648} >>vectors.nrrd
+  t 0 - render vectors.nrrd -o a.exr $r -q
+  t 0 - render vectors.nrrd -o a.exr $R --value-scale log
+done
 t 0 "the picture is empty: the values of grid 'image', which go from 0 to 1e-38, are too small" \
   render 1e-38.nrrd -o a.exr $r --look plain
 t 0 ", above --tolerance 0.001: the values of grid" render 1e-38.nrrd -o a.exr $r

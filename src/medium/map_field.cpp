@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
+#include <limits>
 #include <memory>
 #include <unordered_set>
 
@@ -219,8 +220,10 @@ VectorPart vector_part(const VolumeFile& file, const std::string& name) {
 Field part_of_vectors(const Field& vectors, const VectorPart& part) {
   const auto place = std::ranges::find(vector_parts, part.part) - vector_parts.begin();
   Field field = map_field(vectors, 1, [place](const glm::vec3& v) {
-    const float value = place == 3 ? glm::length(v) : v[int(place)];
-    return glm::vec3(value, 0, 0);
+    if (place < 3) return glm::vec3(v[int(place)], 0, 0);
+    // squares of float32 are beyond float32 from 1e20 on, and 0 below 1e-23
+    constexpr double largest = std::numeric_limits<float>::max();
+    return glm::vec3(float(std::min(glm::length(glm::dvec3(v)), largest)), 0, 0);
   });
   field.name += ":" + part.part;
   field.value_type = "float";
