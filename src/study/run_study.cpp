@@ -371,7 +371,8 @@ WrittenFolder study_folder(const fs::path& folder, bool resume) {
   std::error_code unknown;  // making the folder says it
   if (!resume && fs::exists(folder / results_name, unknown))
     refuse("the results of a study", "--resume goes on with it, or give another folder");
-  if (!resume && fs::exists(folder / page_name, unknown))  // of another kind of study, or not of psivox
+  if (!resume &&
+      fs::exists(folder / page_name, unknown))  // of another kind of study, or not of psivox
     refuse("an " + std::string(page_name), "give another folder");
   return WrittenFolder(folder);
 }
