@@ -66,7 +66,7 @@ TEST_F(Shaders, RaysThatStandStillEndAndAreCounted) {
     EXPECT_LE(drawn.stats.stuck, 128u);
     EXPECT_EQ(drawn.stats.passes > 1, turns > 0);
     ASSERT_EQ(drawn.notices.size(), 1u);
-    EXPECT_TRUE(has(drawn.notices[0], std::to_string(drawn.stats.stuck) + " rays stood still"));
+    EXPECT_TRUE(has(drawn.notices[0], std::to_string(drawn.stats.stuck) + " rays stopped early"));
     std::uint64_t others = 0;
     for (int i = 3; i < 16 * 16 * 4; i += 4) {
       const float opacity = drawn.image.rgba()[std::size_t(i)];

@@ -87,8 +87,9 @@ void Picture::march(const std::shared_ptr<const MediumAtlas>& grids) {
   if (std::string off = tabled ? table_notice(marched()) : ""; !off.empty()) say(std::move(off));
   if (drawn_.stats.stuck > 0)
     say(std::to_string(drawn_.stats.stuck) +
-        " rays stood still before their end and show what is in front of it, by a fault of the "
-        "device's arithmetic; run psivox verify");
+        " rays stopped early, because the device's arithmetic no longer moved them: their pixels "
+        "lack "
+        "what lies further back; psivox verify checks the driver");
 }
 
 void Picture::confirm_plan() {
@@ -100,13 +101,15 @@ void Picture::confirm_plan() {
   }
   const double rms = plan_->chosen.rms;
   if (!tolerance) return;
+  const auto above = [&](double error) {
+    const std::string found = formatted("%.2g", error), wanted = formatted("%.2g", *tolerance);
+    return found + (found == wanted ? ", a little above --tolerance " : ", above --tolerance ") +
+           wanted;
+  };
   if (!plan_->reached)
-    say(formatted(
-        "the error is estimated as %.2g, above --tolerance %.2g; marched as exactly as it can be",
-        expected_rms_, *tolerance));
+    say("the error is estimated as " + above(expected_rms_) + "; marched as exactly as it can be");
   else if (rms > *tolerance)
-    say(formatted("the error is %.2g, above --tolerance %.2g", rms, *tolerance) +
-        cause(view_, plan_->light_rms > *tolerance));
+    say("the error is " + above(rms) + cause(view_, plan_->light_rms > *tolerance));
   if (rms > *tolerance || drawn_.stats.stuck > 0) plan_->reached = false;
 }
 
