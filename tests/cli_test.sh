@@ -406,6 +406,7 @@ t 5 "File name too long" study "$S" -o $long $R
 ln -s circle.json circle.json
 t 5 "symbolic links" render "$S" -o a.exr --stats circle.json $R
 t 3 "no such file" render nope.vdb -o a.exr $R
+t 3 "cannot read scene '/dev/zero': File too large" render --scene /dev/zero -o a.exr
 t 3 "cannot be read from the standard input" render - -o a.exr $R
 t 2 "no output; give -o a.png" render "$S" a.png $R
 t 2 "psivox render b.vdb -o FILE.png draws it" b.vdb

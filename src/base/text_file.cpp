@@ -42,11 +42,14 @@ void write_whole(const std::string& path, std::FILE* file, const std::string& te
 
 /// Reads up to the end, and closes the file. Returns false, and sets errno, if the system cannot.
 bool read_whole(int file, std::string& text) {
+  constexpr std::size_t longest = 1 << 30;  // a device may have no end
   std::vector<char> bytes(1 << 16);
   ssize_t count;
-  while ((count = ::read(file, bytes.data(), bytes.size())) > 0 || (count < 0 && errno == EINTR))
+  while ((count = ::read(file, bytes.data(), bytes.size())) > 0 || (count < 0 && errno == EINTR)) {
     if (count > 0) text.append(bytes.data(), std::size_t(count));
-  const int failure = errno;
+    if (text.size() > longest) break;
+  }
+  const int failure = count > 0 ? EFBIG : errno;
   ::close(file);
   errno = failure;
   return count == 0;
