@@ -161,6 +161,15 @@ TEST(Vectors, AreDrawnByLengthOrComponent) {
   EXPECT_TRUE(has(refused("velocity:w"), "a vector has x, y, z, length and active"));
   EXPECT_TRUE(has(refused("a:x"), "is scalar"));
   EXPECT_TRUE(has(refused("c:x"), "has no grid 'c:x'"));
+  // percentiles are of what is read
+  constexpr double median[] = {50};
+  for (const auto& [name, count] : {std::pair("a", 1u), {"velocity:length", 0u}}) {
+    Scene scene;
+    scene.grid = name;
+    scene.colormap = Colormap::viridis;
+    const MediumFields fields = read_fields(scene, vdb, false, {}, {.percentiles = median});
+    EXPECT_EQ(fields.density->active_percentiles.size(), count) << name;
+  }
   // the only grid of vectors, where no grid is scalar
   EXPECT_EQ(VolumeFile(write_vdb({velocity})).default_grid(), "velocity");
   // a grid whose own name has a colon

@@ -112,11 +112,13 @@ Field read_density(const Scene& scene, const VolumeFile& file, const std::string
   ReadOptions options =
       options_of(scene, data || part.of_vectors() ? GridRole::data : GridRole::attenuation, empty);
   options.active = part.active();
-  if (data) options.percentiles.assign(percentiles.begin(), percentiles.end());
   options.absent = !part.of_vectors();
   options.fill = scene.fill_value == "auto";
   if (scene.fill_value != "auto" && scene.fill_value != "none")
     options.fill_value = float(std::stod(scene.fill_value));
+  // those of vectors would be of their first component
+  if (data && !part.of_vectors())
+    options.percentiles.assign(percentiles.begin(), percentiles.end());
   Field field = part.of_vectors() ? part_of_vectors(file.read(part.grid, options), part)
                                   : read_scalar_density(scene, file, part.grid, options, parts);
   parts.team->check_same(topology_of(field), "sees another volume");
