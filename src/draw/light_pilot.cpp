@@ -275,6 +275,13 @@ LightError LightPilot::error(const BeamsOn& beams) const {
   });
 }
 
+LightError LightPilot::error(const LightPilot& other) const {
+  std::size_t i = 0;
+  return sum_of([&](const Volume& volume) {
+    return volume.error(other.volumes_[i++]->truth, [](const auto&) { return 1.0; });
+  });
+}
+
 LightError LightPilot::error(const LightMethod& method) const {
   return sum_of([&](const Volume& volume) {
     std::vector<Beam> beams = beams_(volume.view, volume.number);

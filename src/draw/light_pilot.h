@@ -47,6 +47,9 @@ class LightPilot {
   LightError error(const Medium& lit) const;
   /// In the light of other beams, exactly.
   LightError error(const BeamsOn& beams) const;
+  /// In the exact light of another pilot's beams, at the same points: of the same view, and as many
+  /// rays.
+  LightError error(const LightPilot& other) const;
   /// In the pilot's own beams by a method.
   LightError error(const LightMethod& method) const;
 

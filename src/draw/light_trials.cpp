@@ -91,7 +91,7 @@ int SkyTrial::count(double most) {
     // So many cost much, and the few may tell too much, where they miss a phase's peak, or too
     // little: the error of light that has an edge falls as N^(-3/4) (Beck 1987).
     if (!many_) {
-      many_ = LightPilot(view_, depths_, sky_of(2 * many_count)).error(sky_of(many_count));
+      many_ = LightPilot(view_, depths_, sky_of(2 * many_count)).error(pilot_);
       rate_ = std::clamp(std::log(few_.rms / many_->rms) / std::log(many_count / double(few_count)),
                          0.75, 1.0);
     }
