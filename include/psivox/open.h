@@ -52,9 +52,8 @@ struct LookedScene {
 /// Sets what the scene's look says and the scene itself leaves open. A look is a JSON file of scene
 /// parameters: one of psivox's own, one of the folders in the environment's PSIVOX_LOOKS (separated
 /// by colons), or a path. Its list `choose` names what comes from the file's values:
-///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low and fill the volume,
-///   so
-///               that vessels stand out
+///   range       2 to 96 % of the values, or 50 to 99.5 % where most are low and fill the volume:
+///               vessels stand out
 ///   outside     what fills the volume around the object is transparent, a veil around it thin
 ///   padding     what fills the volume around the object is no data if it is far above all else,
 ///               and around labels if it is not 0

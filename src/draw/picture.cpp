@@ -88,8 +88,7 @@ void Picture::march(const std::shared_ptr<const MediumAtlas>& grids) {
   if (drawn_.stats.stuck > 0)
     say(std::to_string(drawn_.stats.stuck) +
         " rays stopped early, because the device's arithmetic no longer moved them: their pixels "
-        "lack "
-        "what lies further back; psivox verify checks the driver");
+        "lack what lies further back; psivox verify checks the driver");
 }
 
 void Picture::confirm_plan() {

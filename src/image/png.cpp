@@ -53,8 +53,8 @@ class PngFile {
   bool read_header() {
     if (!file_ || !info_ || setjmp(png_jmpbuf(png_))) return false;
     png_init_io(png_, file_);
-    png_set_chunk_cache_max(png_,
-                            32);  // texts: they unpack to 8 MB each, and later ones are left out
+    // each text unpacks to at most 8 MB; later ones are left out
+    png_set_chunk_cache_max(png_, 32);
     png_set_crc_action(png_, PNG_CRC_ERROR_QUIT, PNG_CRC_ERROR_QUIT);
     png_read_info(png_, info_);
     png_set_expand_16(png_);
