@@ -49,12 +49,13 @@ void ignore_signals() {
     std::signal(number, SIG_IGN);
 }
 
-/// Returns once the program has ended.
+/// Returns once the program has ended. Preparing may start threads of libraries' own; a sanitizer's
+/// allocator, unlike the system's, may be locked by one of them when this process forks.
 void start_processes(int requests, const ServerWork& work) {
   std::signal(SIGCHLD, SIG_IGN);  // the system collects those that end
   while (std::optional<Message> request = receive(requests)) {
     if (request->descriptors.size() != 2) continue;
-    if (request->bytes == prepared_request) work.prepare();
+    if (request->bytes == prepared_request && !sanitised) work.prepare();
     if (fork() != 0) continue;
     keep_only(request->descriptors[0].get(), request->descriptors[1].get());
     end_with(4);
