@@ -286,6 +286,8 @@ code=$?
 { [ $code -eq 6 ] || [ $code -eq 127 ]; } && [[ $said != *damaged* ]] || fail "60 MB: exit $code: $said"
 said=$(ulimit -s 64 && "$program" info "$S" 2>&1)
 [ $? -eq 6 ] || fail "a stack of 64 KiB: $said"
+said=$(ulimit -d 130000 && "$program" render "$S" -o a.exr $R 2>&1)
+[ $? -eq 6 ] || fail "130 MB of data: $said"
 # Text of files never reaches a terminal as it is, nor a shell as code.
 escape=$'a\x1b[2J\xc2\x9bm\xe2\x80\xae'
 cp "$S" "$escape.vdb"

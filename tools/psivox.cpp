@@ -62,15 +62,19 @@ void hold_closed_streams() {
     if (fcntl(stream, F_GETFD) < 0) open("/", O_PATH);  // gets the least number that is free
 }
 
-/// Throws Error(memory) where threads have too little for their stacks: a driver of OpenGL would
-/// crash.
-void check_stack() {
-  constexpr rlim_t least = 512 << 10;  // [bytes]
-  rlimit stack{};
-  if (getrlimit(RLIMIT_STACK, &stack) == 0 && stack.rlim_cur < least)
-    throw Error(ExitCode::memory, formatted("the limit of the stack is %d KiB; ulimit -s %d is "
-                                            "the least that psivox runs with",
-                                            int(stack.rlim_cur >> 10), int(least >> 10)));
+/// Throws Error(memory) where threads have too little for their stacks, or the process for its
+/// data: a driver of OpenGL would crash.
+void check_limits() {
+  const auto check = [](auto resource, rlim_t least, const char* of, const char* option) {
+    rlimit now{};
+    if (getrlimit(resource, &now) == 0 && now.rlim_cur < least)
+      throw Error(ExitCode::memory,
+                  formatted("the limit of the %s is %d KiB; ulimit %s %d is the "
+                            "least that psivox runs with",
+                            of, int(now.rlim_cur >> 10), option, int(least >> 10)));
+  };
+  check(RLIMIT_STACK, 512 << 10, "stack", "-s");
+  check(RLIMIT_DATA, 200 << 20, "data", "-d");
 }
 
 /// From now on a write beyond the limit of a file's size fails, and does not end the process.
@@ -240,7 +244,7 @@ int main(int argc, char** argv) {
   keep_freed_memory();
   print_standard_output_safely();
   try {
-    check_stack();
+    check_limits();
     start_guarded_reading();
     run({argv + (argc > 0 ? 1 : 0), argv + argc}, who);
     if (!std::cout.flush()) throw Error(ExitCode::output, "cannot write to the standard output");

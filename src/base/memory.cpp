@@ -73,14 +73,17 @@ std::uint64_t left_in_groups(const fs::path& root) {
   return left;
 }
 
-/// What `ulimit -v` leaves.
-std::uint64_t left_in_address_space() {
-  rlimit limit{};
-  if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unknown;
-  std::uint64_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  const std::uint64_t used = pages * std::uint64_t(sysconf(_SC_PAGESIZE));
-  return limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, used);
+/// What `ulimit -v` and `ulimit -d` leave.
+std::uint64_t left_to_process() {
+  std::uint64_t all = 0, data = 0, other = 0;  // [pages]
+  std::ifstream("/proc/self/statm") >> all >> other >> other >> other >> other >> data;
+  const auto left = [](auto resource, std::uint64_t pages) {
+    rlimit limit{};
+    if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unknown;
+    const std::uint64_t used = pages * std::uint64_t(sysconf(_SC_PAGESIZE));
+    return limit.rlim_cur - std::min<std::uint64_t>(limit.rlim_cur, used);
+  };
+  return std::min(left(RLIMIT_AS, all), left(RLIMIT_DATA, data));
 }
 
 }  // namespace
@@ -88,7 +91,7 @@ std::uint64_t left_in_address_space() {
 std::uint64_t available_memory(const fs::path& root) {
   const std::uint64_t kibibytes = number_after(root / "proc/meminfo", "MemAvailable:", unknown);
   const std::uint64_t machine = kibibytes == unknown ? unknown : kibibytes << 10;
-  const std::uint64_t left = std::min({machine, left_in_groups(root), left_in_address_space()});
+  const std::uint64_t left = std::min({machine, left_in_groups(root), left_to_process()});
   return left == unknown ? 0 : std::max<std::uint64_t>(left, 1);
 }
 
