@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Changes small volumes at random and gives each to psivox. All must end in exit code 0 or 3 within
-the limit of processor time, with one line on stderr for 3, and a whole picture or none.
+the limit of processor time, with one line on stderr for 3, and a whole output or none.
 
     mutated_volumes.py PSIVOX SEED.vdb... [--count N] [--first N] [--jobs N] [--keep FOLDER]
 
@@ -15,6 +15,7 @@ import ctypes
 import os
 import random
 import resource
+import shutil
 import signal
 import struct
 import subprocess
@@ -35,8 +36,9 @@ EXTREMES = [0, 1, 2, 7, 0x7F, 0xFF, 0x7FFF, 0xFFFF, 1 << 20, 1 << 30, (1 << 31) 
 MOST = 3.4028234663852886e38
 FLOATS = [float("nan"), float("inf"), float("-inf"), -1.0, 1e38, -1e38, 1e-40, 0.0, 1e30, MOST, -MOST,
           5e37, -5e37, 1e36, 1e20, -9999.0]
-# Looks, light, functions and modes. The first is the most frequent: light at the voxels of a volume
-# that became huge takes its time. The reference has no light: it casts a ray from each voxel.
+# Looks, light, functions, modes, pages and studies. The first is the most frequent: light at the
+# voxels of a volume that became huge takes its time. The reference has no light: it casts a ray from
+# each voxel.
 OPTIONS = [["--look", "plain"]] * 4 + [option.split() for option in [
     "", "--look smoke", "--look scan", "--look signed", "--look labels", "--look surface",
     "--colormap viridis", "--colormap viridis --opacity 0:1,1:1 --light 1,-1,-1",
@@ -47,7 +49,12 @@ OPTIONS = [["--look", "plain"]] * 4 + [option.split() for option in [
     "--mode isosurface", "--mode slice", "--renderer reference --look plain",
     "--renderer march-double",
     "--fill-value none", "--fill-value none --colormap viridis", "--range 1%,99%",
-    "--luminance-grid density --look plain", "--background white", "--exposure auto"]]
+    "--luminance-grid density --look plain", "--background white", "--exposure auto",
+    "page", "page --look plain", "page --look labels", "page --mode mip",
+    "study --integrators psi-weighted,cell-exact --steps 2,1 --look plain"]]
+# What a call writes, and how its first bytes are.
+OUTPUTS = {"render": (".exr", b"\x76\x2f\x31\x01"), "page": (".html", b"<!DOCTYPE html>"),
+           "study": ("", None)}
 
 
 class Block:
@@ -235,38 +242,66 @@ def try_file(psivox, seed, number, folder):
     rng = random.Random(number)
     mutation = MUTATIONS[number % len(MUTATIONS)]
     path = os.path.join(folder, f"{number}.vdb")
-    picture = os.path.join(folder, f"{number}.exr")
     with open(path, "wb") as file:
         file.write(mutation(seed, rng))
-    options = rng.choice(OPTIONS) if number // len(MUTATIONS) % 4 == 0 else None
-    if options is None:
-        command = [psivox, "info", path, "--json"]
-    else:
-        command = [psivox, "render", path, "-o", picture, "--resolution", "16x16", "-q", *options]
+    options = rng.choice(OPTIONS) if number // len(MUTATIONS) % 4 == 0 else ["info"]
+    command, output = command_of(psivox, path, options)
     begin = time.monotonic()
     try:
         done = subprocess.run(command, capture_output=True, timeout=30 * TIME_LIMIT,
                               preexec_fn=set_limits, check=False)
-        result = judge(done, picture, "-o" in command)
+        result = judge(done, output)
     except subprocess.TimeoutExpired:
         result = "hangs"
     seconds = time.monotonic() - begin
-    if os.path.exists(picture):
-        os.remove(picture)
+    if output:
+        remove(output.path)
     if result in GOOD:
         os.remove(path)
-    return mutation.__name__, " ".join(options or ["info"]), result, seconds
+    return mutation.__name__, " ".join(options), result, seconds
 
 
-def judge(done, picture, renders):
+class Output:
+    """A file with its first bytes, or the folder of a study, whose `begin` is None."""
+
+    def __init__(self, path, begin):
+        self.path, self.begin = path, begin
+
+    def is_whole(self):
+        path = self.path if self.begin else os.path.join(self.path, "index.html")
+        if not os.path.exists(path):
+            return False
+        with open(path, "rb") as file:
+            return file.read(15).startswith(self.begin or b"<") and os.path.getsize(path) > 300
+
+
+def command_of(psivox, path, options):
+    """The call, and what it writes: None for info."""
+    if options == ["info"]:
+        return [psivox, "info", path, "--json"], None
+    kind = options[0] if options and options[0] in OUTPUTS else "render"
+    extension, begin = OUTPUTS[kind]
+    output = Output(path[:-len(".vdb")] + extension, begin)
+    return [psivox, "study" if kind == "study" else "render", path, "-o", output.path,
+            "--resolution", "16x16", "-q", *options[options[:1] == [kind]:]], output
+
+
+def remove(path):
+    if os.path.isdir(path):
+        shutil.rmtree(path)
+    elif os.path.exists(path):
+        os.remove(path)
+
+
+def judge(done, output):
     lines = done.stderr.decode(errors="replace").strip("\n").split("\n")
     if done.returncode == -signal.SIGXCPU:
         return "slow"
     if done.returncode == 0:
-        return "read" if not renders or whole(picture) else "no whole picture"
+        return "read" if not output or output.is_whole() else "no whole output"
     if done.returncode == 3:
-        if os.path.exists(picture):
-            return "picture of an error"
+        if output and os.path.exists(output.path):
+            return "output of an error"
         if is_of_reader(lines):
             return "crashed"
         if len(lines) != 1 or not lines[0]:
@@ -276,19 +311,14 @@ def judge(done, picture, renders):
 
 
 def is_of_reader(lines):
-    """Whether AddressSanitizer's report is OpenVDB's own, in the guarded process."""
+    """Whether AddressSanitizer's report is OpenVDB's own, in the guarded process. Sizes that a file
+    claims end it there: the sanitizer's new throws no std::bad_alloc."""
     report = "\n".join(lines)
-    if "AddressSanitizer" not in report or "(psivox-readers)" not in report:
+    in_reader = "(psivox-readers)" in report or "out-of-memory" in report
+    if "AddressSanitizer" not in report or not in_reader:
         return False
     first, own = report.find("openvdb::"), report.find("psivox::")
     return first >= 0 and (own < 0 or first < own)
-
-
-def whole(picture):
-    if not os.path.exists(picture):
-        return False
-    with open(picture, "rb") as file:
-        return file.read(4) == b"\x76\x2f\x31\x01" and os.path.getsize(picture) > 300
 
 
 def main():
