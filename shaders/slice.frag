@@ -4,7 +4,13 @@
 // The picture's pixel that the tile's first one is.
 uniform ivec2 tile_origin;
 
-vec3 shown(float value) {
+// A grid of luminance, or else what the density is by its function, if it has one.
+vec3 shown(float value, Pixel p, float t) {
+  if (own_luminance) {
+    Track track = track_of(p, luminance);
+    track.node = seek_node(luminance_grid, track, t);
+    return sample_grid(luminance_grid, luminance_source == SOURCE_VECTOR ? 3 : 1, track, t);
+  }
   if (!transfer) return vec3(value);
   Classified c = classify(value);
   return luminance_source == SOURCE_TRANSFER ? c.color : vec3(c.attenuation);
@@ -24,7 +30,7 @@ void draw(ivec2 at) {
   if (is_absent(node)) return;
   float value = node_value(node);
   if (node.kind == NODE_BRICK) value = sample_scalar(density_grid, node, position(ray, t));
-  out_picture = vec4(color * shown(value), 1.0);
+  out_picture = vec4(color * shown(value, p, t), 1.0);
   out_layers.x = (t - camera_time(p)) * world_unit;
 }
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <glm/ext/matrix_transform.hpp>
 #include <glm/geometric.hpp>
 
 #include "made_fields.h"
@@ -138,6 +139,32 @@ TEST(Slice, ShowsTheInterpolatedValues) {
       // Linear data; the voxels and the picture are float32.
       EXPECT_NEAR(image.rgba()[i], colormap_color(Colormap::gray, value / 2).x, 1e-6);
       EXPECT_EQ(image.rgba()[i + 3], 1);
+    }
+}
+
+TEST(Slice, HasTheColoursOfALuminanceGrid) {
+  const auto colour = [](const glm::ivec3& v) { return glm::vec3(v) / 32.0f; };
+  const auto field = share(make_field({{0, 0, 0}, {15, 15, 15}}, [](glm::ivec3) { return 1.0f; }));
+  // its voxels are two to the side and half as wide
+  Field colours = make_vector_field({{0, 0, 0}, {35, 35, 35}}, colour);
+  colours.name = "colours";
+  colours.world_from_index =
+      glm::scale(glm::translate(glm::dmat4(1), glm::dvec3(-2)), glm::dvec3(0.5));
+  Scene scene = looking(small_scene(16), {7, 7, 50}, {7, 7, 7}, 8.0);
+  scene.mode = Mode::slice;
+  scene.extinction.reset();
+  scene.luminance = {2, 1, 1};
+  scene.luminance_grid = "colours";
+  set_parameter(scene, "slice", "z=5.5");
+  Session session(make_view(scene, field, share(std::move(colours))));
+  const Image image = session.draw(*open_double()).image;
+  for (int y = 0; y < 16; ++y)
+    for (int x = 0; x < 16; ++x) {
+      const glm::dvec3 at(3.25 + 0.5 * x, 10.75 - 0.5 * y, 5.5);
+      const glm::dvec3 expected = glm::dvec3(2, 1, 1) * 2.0 * (at + 2.0) / 32.0;
+      const float* pixel = &image.rgba()[4 * static_cast<std::size_t>(y * 16 + x)];
+      for (int c = 0; c < 3; ++c) EXPECT_NEAR(pixel[c], expected[c], 1e-6);  // float32
+      EXPECT_EQ(pixel[3], 1);
     }
 }
 

@@ -26,6 +26,7 @@ SCENES = {
                 "--tolerance", "1e-4"],
     "maximum": ["blobs.vdb", "--mode", "mip", "--background", "gray"],
     "slice": ["rotated.vdb", "--mode", "slice", "--slice", "1,1,0.5", "--clip-plane", "0,1,0"],
+    "slice of colours": ["blobs.vdb", "--mode", "slice", "--luminance-grid", "color"],
     "volumes": ["slab.vdb", "--and", "ASSETS/ramp.vdb", "--background", "0.1,0.1,0.1", "--texel", "float32"],
 }
 # Both drivers march by the same formulas in float32. Where the page has its values as codes and the

@@ -306,6 +306,17 @@ TEST_F(Zoo, ADefaultPictureReadsItsDensityOnce) {
   }
 }
 
+TEST_F(Zoo, ColoursOnAPlaneAreColours) {
+  const auto plane_of = [](const openvdb::GridBase::Ptr& grid) {
+    Scene scene;
+    scene.input = write_vdb({grid}).string();
+    scene.mode = Mode::slice;
+    return with_look(scene, VolumeFile(scene.input), "auto").scene;
+  };
+  EXPECT_EQ(plane_of(filled<Vec3SGrid>("Cd", hues)).luminance_grid, "Cd");
+  EXPECT_EQ(plane_of(filled<Vec3SGrid>("v", whirl)).luminance_grid, "");
+}
+
 /// The first animal of each look.
 std::vector<Animal> one_of_each_look() {
   std::map<std::string, Animal> found;

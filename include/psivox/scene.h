@@ -248,7 +248,7 @@ struct Scene {
   }
   /// Whether a grid or a function of luminance changes the picture.
   bool shines() const {
-    if (shows(Shows::surface)) return resolved_luminance() != glm::dvec3(0);
+    if (shows(Shows::surface) || shows(Shows::plane)) return resolved_luminance() != glm::dvec3(0);
     return composites() && has_extinction() && (lit() || resolved_luminance() != glm::dvec3(0));
   }
   /// Whether sRGB codes and the window show light through a view of OpenColorIO: only if a scene

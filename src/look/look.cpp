@@ -208,11 +208,16 @@ bool stays_in_file(const Scene& scene, KeptFields& fields) {
 }
 
 /// Labels are never interpolated where a scene has a function or a map of its own either: between 1
-/// and 200 lies no 7. On a plane they have their colours.
-void keep_labels(const Scene& asked, KeptFields& fields, Scene& scene) {
+/// and 200 lies no 7. On a plane labels and colours are seen in their colours.
+void keep_values(const Scene& asked, KeptFields& fields, Scene& scene) {
   const bool plain_plane = asked.shows(Shows::plane) && !asked.has_function() &&
                            !gives_any(asked, {"luminance", "luminance-grid", "temperature-grid"});
   if (is_given(asked, "classification") || !(asked.has_function() || plain_plane)) return;
+  const VectorPart part = vector_part(fields.file(), density_grid(asked, fields.file()));
+  if (plain_plane && !part.part.empty() && look_of_vectors(asked, part, fields) == "colors") {
+    Choosing colors{asked, fields, scene};
+    return choose("colors", colors);
+  }
   if (!fields.kind(asked).is_labels()) return;
   scene.classification = Classification::nearest;
   if (plain_plane) scene.colormap = Colormap::labels;
@@ -375,7 +380,7 @@ LookedScene with_look(const Scene& scene, const VolumeFile& file, const std::str
           "holds them";
     result.look = result.dark_because.empty() ? suitable_look(scene, fields) : "plain";
   }
-  if (scene.look.empty() && open == "auto") keep_labels(scene, fields, result.scene);
+  if (scene.look.empty() && open == "auto") keep_values(scene, fields, result.scene);
   const auto find_darkness = [&] {
     if (by_itself && result.dark_because.empty())
       result.dark_because = too_dark(result.scene, fields);

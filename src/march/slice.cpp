@@ -8,6 +8,7 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -44,32 +45,51 @@ bool passes(const Plane& plane, const Leaf& leaf, const glm::dmat4& world_from_i
   return least <= rounding && most >= -rounding;
 }
 
-/// A density with the leaves alone that a plane passes, in memory.
-std::shared_ptr<const Field> on_plane(const Field& density, const Scene& scene) {
+/// A field with the leaves alone that a plane passes, in memory.
+Field on_plane(const Field& field, const Scene& scene) {
   const Plane plane = placed_plane(scene);
-  const auto wanted = [&](const Leaf& leaf) {
-    return passes(plane, leaf, density.world_from_index);
-  };
-  const std::uint64_t most = density.reader ? grid_memory(scene) : 0;
-  const std::uint64_t needed = std::uint64_t(std::ranges::count_if(density.leaves, wanted)) * 512 *
-                               sizeof(float) * std::uint64_t(density.channels);
+  const auto wanted = [&](const Leaf& leaf) { return passes(plane, leaf, field.world_from_index); };
+  const std::uint64_t most = field.reader ? grid_memory(scene) : 0;
+  const std::uint64_t needed = std::uint64_t(std::ranges::count_if(field.leaves, wanted)) * 512 *
+                               sizeof(float) * std::uint64_t(field.channels);
   if (most > 0 && needed > most)
-    throw Error(ExitCode::memory, "grid '" + density.name + "': the slice passes " +
+    throw Error(ExitCode::memory, "grid '" + field.name + "': the slice passes " +
                                       mebibytes(needed) + " of its values, over the limit of " +
                                       mebibytes(most) + " for grids; raise --memory-limit");
-  return std::make_shared<const Field>(part_of_field(density, wanted));
+  return part_of_field(field, wanted);
 }
+
+/// The values of a field on the scene's plane.
+class PlaneValues {
+ public:
+  PlaneValues(const Field& field, const Scene& scene)
+      : field_(on_plane(field, scene)),
+        values_(field_),
+        index_from_world_(glm::inverse(field.world_from_index)) {}
+
+  PlaneValues(const PlaneValues&) = delete;  // the index has the field's address
+
+  const FieldIndex& index() const { return values_; }
+  glm::dvec3 index_at(const glm::dvec3& world) const {
+    return glm::dvec3(index_from_world_ * glm::dvec4(world, 1));
+  }
+
+ private:
+  Field field_;
+  FieldIndex values_;
+  glm::dmat4 index_from_world_;
+};
 
 class Slice {
  public:
   explicit Slice(const View& view)
       : view_(view),
-        density_(on_plane(*view.medium.density, view.scene)),
-        values_(*density_),
+        density_(*view.medium.density, view.scene),
         box_(view.medium.density->active_box),
-        index_from_world_(glm::inverse(view.medium.density->world_from_index)),
         clip_(clip_of(view.scene)),
-        plane_(placed_plane(view.scene)) {}
+        plane_(placed_plane(view.scene)) {
+    if (view.medium.luminance) luminance_.emplace(*view.medium.luminance, view.scene);
+  }
 
   /// Adds the pixel's ray: opaque where it meets the plane between the voxels and inside the clip.
   void add(const glm::dvec2& pixel, PixelSums& sums) const {
@@ -79,12 +99,14 @@ class Slice {
     glm::dvec2 part = clip_interval(clip_, ray);
     part.y = std::min(part.y, held_at(view_.holdout.get(), view_.camera, view_.scene.resolution,
                                       glm::ivec2(pixel), ray));
-    const glm::dvec3 at(index_from_world_ * glm::dvec4(ray.origin + t * ray.direction, 1));
+    const glm::dvec3 world = ray.origin + t * ray.direction;
+    const glm::dvec3 at = density_.index_at(world);
     if (!(t >= part.x && t <= part.y) || !inside(at))
       return sums.add(glm::dvec4(0), {no_depth, 1, 0, 0});
-    const double value = view_.medium.nearest ? values_.at(nearest_voxel(at)).x : values_.at(at).x;
+    const FieldIndex& density = density_.index();
+    const double value = view_.medium.nearest ? density.at(nearest_voxel(at)).x : density.at(at).x;
     if (std::isnan(value)) return sums.add(glm::dvec4(0), {no_depth, 1, 0, 0});  // absent
-    sums.add(glm::dvec4(color(value), 1), {t, 0, 0, 1});
+    sums.add(glm::dvec4(view_.medium.color * shown(value, world), 1), {t, 0, 0, 1});
   }
 
  private:
@@ -97,19 +119,22 @@ class Slice {
     return true;
   }
 
-  glm::dvec3 color(double value) const {
+  /// A grid of luminance, or else what the density is by its function, if it has one.
+  glm::dvec3 shown(double value, const glm::dvec3& world) const {
+    if (luminance_) {
+      const glm::dvec3 luminance = luminance_->index().at(luminance_->index_at(world));
+      return view_.medium.luminance->channels == 3 ? luminance : glm::dvec3(luminance.x);
+    }
     const TransferFunction* function = view_.medium.transfer.get();
-    if (!function) return view_.medium.color * value;
+    if (!function) return glm::dvec3(value);
     const TransferPoint point = function->at(value);
-    return view_.medium.color *
-           (function->has_color() ? point.color : glm::dvec3(point.attenuation));
+    return function->has_color() ? point.color : glm::dvec3(point.attenuation);
   }
 
   const View& view_;
-  std::shared_ptr<const Field> density_;
-  FieldIndex values_;
+  PlaneValues density_;
+  std::optional<PlaneValues> luminance_;
   Box box_;
-  glm::dmat4 index_from_world_;
   std::vector<HalfSpace> clip_;
   Plane plane_;
 };
@@ -119,7 +144,7 @@ class Slice {
 View slice_view(View view) {
   const Medium whole = std::move(view.medium);
   view.medium = {};
-  Field shown = *on_plane(*whole.density, view.scene);
+  Field shown = on_plane(*whole.density, view.scene);
   // the march ends where the domain does; a domain without a width has no inside
   const glm::ivec3 size = shown.active_box.max - shown.active_box.min;
   if (size.x > 0 && size.y > 0 && size.z > 0) shown.margin = 0;
@@ -129,6 +154,10 @@ View slice_view(View view) {
   view.medium.nearest = whole.nearest;
   const bool colored = whole.transfer && whole.transfer->has_color();
   view.medium.source = colored ? LuminanceSource::transfer : LuminanceSource::density;
+  if (whole.luminance) {
+    view.medium.source = whole.source;
+    view.medium.luminance = std::make_shared<const Field>(on_plane(*whole.luminance, view.scene));
+  }
   return view;
 }
 
