@@ -257,10 +257,16 @@ TEST(Nrrd, AxesBesideSpaceAreColoursOrFrames) {
                                                values_of_type<std::uint8_t>(false, 3))),
               "image", 3);
   // a list of three channels, the fastest axis: frames within a plane
+  const VolumeFile tensor(test::write_bytes(
+      "list.nrrd", with_axes("3 11 9 10", "2D-symmetric-matrix space space space") +
+                       values_of_type<std::uint8_t>(false, 3, true)));
+  EXPECT_EQ(tensor.names().size(), 3u);
+  EXPECT_FALSE(tensor.metadata().contains("frames"));
   const VolumeFile list(
       test::write_bytes("list.nrrd", with_axes("3 11 9 10", "list space space space") +
                                          values_of_type<std::uint8_t>(false, 3, true)));
   ASSERT_EQ(list.names().size(), 3u);
+  EXPECT_TRUE(list.metadata().contains("frames"));
   const Field second = list.read("image[1]");
   EXPECT_EQ(value_at(second, {5, 4, 9}, 0), float(stored_value({5, 4, 9}, 1, 0)));
   // one slice, of the same values: the channels lie a plane apart

@@ -259,6 +259,7 @@ std::vector<std::size_t> set_shape(const std::vector<Axis>& axes, Header& header
         refuse(file, "has more axes than three of space, one of components and one of frames");
       header.frames = axis.size;
       header.frame_stride = axis.stride;
+      header.in_time = !axis.kind.ends_with("matrix") && !axis.kind.ends_with("color");
     }
   }
   if (space.size() < 2 || space.size() > 3)

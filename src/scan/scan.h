@@ -36,6 +36,7 @@ struct Header {
   int channels = 1;  ///< 1 or 3
   std::int64_t channel_stride = 0;
   std::int64_t frames = 1, frame_stride = 0;
+  bool in_time = true;      ///< frames follow each other; else they are components, as of a tensor
   std::int64_t values = 0;  ///< all of the file
 
   Type type{};

@@ -226,7 +226,8 @@ std::unique_ptr<Reader> scan_reader(std::shared_ptr<const scan::Scan> scan, cons
   source.facts.metadata = header.metadata;
   source.facts.z_up = header.z_up;
   source.facts.value_bytes = std::uint64_t(header.values) * std::uint64_t(size_of(header.type));
-  if (header.frames > 1) source.facts.metadata["frames"] = std::to_string(header.frames);
+  if (header.frames > 1 && header.in_time)
+    source.facts.metadata["frames"] = std::to_string(header.frames);
   const std::string base = header.colour ? "rgb" : "image";
   for (std::int64_t n = 0; n < header.frames; ++n)
     source.facts.grids.push_back({header.frames == 1 ? base : base + "[" + std::to_string(n) + "]",
