@@ -41,7 +41,7 @@ LightChoice choose_light(const LightPilot& pilot, double rms, SkyTrial* sky,
                          const MeasureLight& measure) {
   const double end = pilot.transmittance(budget::light_rays_end * rms);
   const double ray_look_ups = cell_cost * pilot.mean_cells(end);
-  std::map<double, LightError> tried{{spacings[0], pilot.error(LightMethod{spacings[0]})}};
+  std::map<double, LightError> tried{{spacings[0], pilot.error(LightMethod{spacings[0], end})}};
   double measured = sky ? spacings[0] : -1;  // lights are measured as they are computed in full
   while (true) {
     LightChoice best;
@@ -63,7 +63,7 @@ LightChoice choose_light(const LightPilot& pilot, double rms, SkyTrial* sky,
       const double look_ups = spacing > 0 ? lattice_look_ups(spacing) : ray_look_ups;
       const double time = count * (output_cost + look_ups);
       if (time >= least) continue;
-      best = {{.spacing = spacing, .termination = spacing > 0 ? 0 : end}, count, off};
+      best = {{.spacing = spacing, .termination = end}, count, off};
       least = time;
       left_for_count = left;
     }

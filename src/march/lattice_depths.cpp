@@ -84,7 +84,7 @@ class BlockDepths {
         const int column = (i & 7) * lattice_columns + (j & 7);
         const double* const before = tile.before + column;
         const double* const own = tile.own + n * lattice_depths_of_slice + column;
-        for (int k = 0; k < next - j; ++k) *to++ = before[k] + own[k];
+        for (int k = 0; k < next - j; ++k) *to++ = std::min(before[k] + own[k], frame_.end);
       }
   }
 
@@ -170,7 +170,8 @@ class PlacedDepths {
         const double* const in_slab =
             slice > 0 ? tile.own + (slice - 1) * lattice_depths_of_slice + column : nothing.data();
         for (int k = 0; k < next - j; ++k)
-          own += v.weights[std::size_t(j + k - v.first)] * (before[k] + in_slab[k]);
+          own += v.weights[std::size_t(j + k - v.first)] *
+                 std::min(before[k] + in_slab[k], places_.end());
       }
       sum += u.weights[std::size_t(a)] * own;
     }

@@ -25,6 +25,7 @@ struct TileRun {
   int mark = -1;                    ///< the turn in which it was found to be dark
   std::size_t place = nowhere;      ///< of its depths among those found in the slab
   std::unique_ptr<Slice> before{};  ///< depths before the slab; null: 0
+  bool ended = false;               ///< all columns have, and are followed no further
 };
 
 struct NumberHash {
@@ -81,9 +82,11 @@ struct Columns {
     for (const CellCube& cube : cells.in(slab))
       common(tiles_through(frame, cube, slab), range).each([&](const glm::ivec2& number) {
         const auto tile = runs.find(number);
-        if (tile == runs.end() || tile->second.last < slab || tile->second.mark == turn) return;
-        tile->second.mark = turn;
-        some.push_back(&tile->second);
+        if (tile == runs.end()) return;
+        TileRun& run = tile->second;
+        if (run.last < slab || run.mark == turn || run.ended) return;
+        run.mark = turn;
+        some.push_back(&run);
       });
     ++turn;
     std::ranges::sort(some, [](const TileRun* a, const TileRun* b) {
@@ -184,6 +187,7 @@ void LatticeRun::finish(int slab) {
     if (!tile->before) tile->before = std::make_unique<light_tiles::Slice>();
     std::ranges::transform(*tile->before, std::span(end - lattice_depths_of_slice, end),
                            tile->before->begin(), std::plus());
+    tile->ended = *std::ranges::min_element(*tile->before) > impl.frame.end;
     tile->place = light_tiles::nowhere;
   }
   if (ended != impl.slabs.end())

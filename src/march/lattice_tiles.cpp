@@ -44,7 +44,7 @@ TileRange tiles_through(const LatticeFrame& frame, const CellCube& cube, int sla
           glm::ivec2(glm::floor(most + rounding)) >> 3};
 }
 
-VoxelPlaces::VoxelPlaces(const LatticeFrame& frame, const glm::dmat4& to_index) {
+VoxelPlaces::VoxelPlaces(const LatticeFrame& frame, const glm::dmat4& to_index) : end_(frame.end) {
   const auto turned = [&](const glm::dvec3& way) {
     const double slices = -frame.side * way[frame.axis];
     const glm::dvec2 across(way[frame.axis_u], way[frame.axis_v]);

@@ -55,6 +55,8 @@ class VoxelPlaces {
  public:
   VoxelPlaces(const LatticeFrame& frame, const glm::dmat4& to_index);
 
+  /// Depth at which columns end.
+  double end() const { return end_; }
   glm::dvec3 at(const glm::ivec3& voxel) const { return first_ + steps_ * glm::dvec3(voxel); }
   /// Least and greatest places of a block's voxels.
   std::array<glm::dvec3, 2> of_block(const glm::ivec3& block) const;
@@ -64,6 +66,7 @@ class VoxelPlaces {
  private:
   glm::dvec3 first_{0};  ///< place of voxel 0
   glm::dmat3 steps_{1};
+  double end_;
 };
 
 /// The tiles that a block is interpolated from; of others the depths are 0.

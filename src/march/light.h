@@ -19,7 +19,7 @@ struct LightMethod {
   /// Distance between the columns of a lattice [voxels], n or 1/n (light_lattice.h). 0: a ray from
   /// each voxel through the cells, which is exact.
   double spacing = 0;
-  double termination = 0;  ///< transmittance at which those rays end; 0: never
+  double termination = 0;  ///< transmittance at which rays and columns end; 0: never
   bool operator==(const LightMethod&) const = default;
 };
 

@@ -1,6 +1,7 @@
 #include "march/light_lattice.h"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/matrix.hpp>
 
 #include "atlas/page_walk.h"
@@ -22,6 +23,7 @@ LatticeFrame::LatticeFrame(const View& view, const Box& box, const Beam& beam)
   shear = glm::dvec2(towards[axis_u], towards[axis_v]) / size[axis];
   origin = glm::dvec2(across(domain.min));
   length = 1 / size[axis];
+  end = -std::log(beam.method.termination);
 }
 
 DarkCells::DarkCells(const LatticeFrame& frame, const MediumAtlas& atlas) {

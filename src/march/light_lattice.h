@@ -42,6 +42,7 @@ struct LatticeFrame {
   glm::dvec2 origin{0};
   glm::dvec2 shear{0};  ///< what a ray towards the light advances in a slice [voxels]
   double length = 1;    ///< of a column from slice to slice [world units]
+  double end = 0;       ///< depth at which columns end: deeper ones are interpolated as this
 
   /// For a beam over the view's density, with the spacing of its method.
   LatticeFrame(const View& view, const Box& domain, const Beam& beam);
@@ -85,8 +86,9 @@ class DarkCells {
 
 /// The lattice of one light on its way through the slabs. From slab to slab it keeps the depths at
 /// which its columns have come there, whatever the volume's size. A voxel's depth is a cubic across
-/// columns. Beside a kink the cubic may fall below 0. Such depths are kept: without clamping the
-/// interpolation is linear in the columns, so that the depths of a volume's parts add up.
+/// columns that are cut off at the lattice's end: where it is dark, however deep, the cubic does not
+/// swing. Beside a kink it may fall below 0. Such depths are kept: up to the end the interpolation is
+/// linear in the columns, so that the depths of a volume's parts add up.
 class LatticeRun {
  public:
   /// Blocks must outlive it. `to_index`: they are another volume's, from whose index space it leads
