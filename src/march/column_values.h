@@ -15,12 +15,6 @@ namespace psivox::columns {
 /// Planes of voxels that a brick's columns cross, from the slice before its first on.
 inline constexpr int planes = lattice_slices + 1;
 
-/// The cell of a coordinate. std::floor is a call on machines that all programs run on.
-inline int cell_of(double at) {
-  const int toward_zero = int(at);
-  return toward_zero - (at < toward_zero);
-}
-
 /// Copies a few values without a call.
 inline void copy_few(const float* from, int length, float* to) {
   for (; length >= 4; length -= 4, from += 4, to += 4) std::memcpy(to, from, 4 * sizeof(float));
@@ -89,9 +83,12 @@ class Values {
       size +=
           std::size_t(plane.width) * std::size_t(window.high[std::size_t(p)].x - plane.low.x + 1);
     }
-    values_.assign(size, 0);
+    if (values_.size() < size) values_.resize(size);
     all_stored_ = all;
-    if (!all) is_stored_.assign(size, 0);
+    if (!all) {
+      std::fill_n(values_.begin(), size, 0.0f);
+      is_stored_.assign(size, 0);
+    }
     for (std::size_t i = 0; i < nodes_.size(); ++i)
       if (stored(nodes_[i])) copy(window, nodes_[i], brick_at(i), all);
     first_ = window.first;

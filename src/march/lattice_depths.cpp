@@ -19,45 +19,29 @@ using Row = std::array<double, 8>;
 struct Tap {
   int first;
   std::array<double, taps> weights;
-
-  /// `x`: the number, not whole, of the column at the voxel.
-  explicit Tap(double x) {
-    const double below = std::floor(x), f = x - below, f2 = f * f, f3 = f2 * f;
-    first = int(below) - 1;
-    weights = {-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3, 0.5 * f + 2 * f2 - 1.5 * f3,
-               -0.5 * f2 + 0.5 * f3};
-  }
 };
 
-/// Of the 8 voxels of a block along one axis, the first taps and all weights.
+/// `x`: the number, not whole, of the column at the voxel.
+inline Tap tap_at(double x) {
+  const int below = cell_of(x);
+  const double f = x - below, f2 = f * f, f3 = f2 * f;
+  return {below - 1,
+          {-0.5 * f + f2 - 0.5 * f3, 1 - 2.5 * f2 + 1.5 * f3, 0.5 * f + 2 * f2 - 1.5 * f3,
+           -0.5 * f2 + 0.5 * f3}};
+}
+
+/// Those of the 8 voxels of a block along one axis.
 struct Taps {
-  std::array<int, 8> first;
-  std::array<Row, taps> weights;
-  bool consecutive = true;  ///< whether each voxel's taps begin one column after the previous one's
+  std::array<Tap, 8> of_voxels;
 
-  /// `at`: the number, not whole, of the column at a voxel.
-  explicit Taps(const auto& at) {
-    for (std::size_t i = 0; i < 8; ++i) {
-      const Tap own(at(int(i)));
-      first[i] = own.first;
-      for (std::size_t k = 0; k < taps; ++k) weights[k][i] = own.weights[k];
-      consecutive &= first[i] == first[0] + int(i);
-    }
+  /// `column`: the number, not whole, of the column at the first; the next is `step` columns on.
+  Taps(double column, double step) {
+    for (int i = 0; i < 8; ++i) of_voxels[std::size_t(i)] = tap_at(column + i * step);
   }
 
+  int first() const { return of_voxels.front().first; }
   /// Columns from the first tap to the last.
-  int reach() const { return first.back() - first.front() + int(taps); }
-
-  /// Interpolates the 8 voxels from columns; `from` begins at the first tap.
-  void filter(const double* from, Row& to) const {
-    to = {};
-    for (std::size_t k = 0; k < taps; ++k)
-      if (consecutive)
-        for (std::size_t i = 0; i < 8; ++i) to[i] += weights[k][i] * from[i + k];
-      else
-        for (std::size_t i = 0; i < 8; ++i)
-          to[i] += weights[k][i] * from[std::size_t(first[i] - first[0]) + k];
-  }
+  int reach() const { return of_voxels.back().first - first() + int(taps); }
 };
 
 /// Interpolates the voxels of a block of the density.
@@ -90,33 +74,40 @@ class BlockDepths {
 
   void write_slice(int n, double* to) {
     const int slice = 8 * frame_.slab(block_) + n;
-    const glm::dvec2 corner(frame_.across(block_));
-    const auto column = [&](int k) { return frame_.column(corner + double(k), slice); };
-    const Taps u([&](int k) { return column(k).x; }), v([&](int k) { return column(k).y; });
+    const glm::dvec2 column = frame_.column(frame_.across(block_), slice);
+    const Taps u(column.x, 1 / frame_.spacing), v(column.y, 1 / frame_.spacing);
     const glm::ivec2 size(u.reach(), v.reach());
-    gather(n, {u.first[0], v.first[0]}, size);
-    rows_.resize(std::size_t(size.x));
-    for (int i = 0; i < size.x; ++i) v.filter(patch_.data() + i * size.y, rows_[std::size_t(i)]);
-    glm::ivec3 voxel;
-    voxel[frame_.axis] = frame_.side > 0 ? 7 - n : n;
-    for (int x = 0; x < 8; ++x) {
-      const Row* from = &rows_[std::size_t(u.first[std::size_t(x)] - u.first[0])];
+    gather(n, {u.first(), v.first()}, size);
+    between_.resize(std::size_t(size.y));
+    along_v_.resize(std::size_t(size.y));
+    for (std::size_t x = 0; x < 8; ++x) {
+      const Tap& tap = u.of_voxels[x];
+      const double* const from = patch_.data() + (tap.first - u.first()) * size.y;
+      for (int j = 0; j < size.y; ++j)
+        along_v_[std::size_t(j)] = tap.weights[0] * from[j] + tap.weights[1] * from[j + size.y] +
+                                   tap.weights[2] * from[j + 2 * size.y] +
+                                   tap.weights[3] * from[j + 3 * size.y];
+      for (std::size_t j = 0; j < along_v_.size(); ++j) between_[j][x] = along_v_[j];
+    }
+    constexpr glm::ivec3 strides(64, 8, 1);
+    const int to_u = strides[frame_.axis_u], to_v = strides[frame_.axis_v];
+    to += strides[frame_.axis] * (frame_.side > 0 ? 7 - n : n);
+    for (int y = 0; y < 8; ++y) {
+      const Tap& tap = v.of_voxels[std::size_t(y)];
+      const Row* const from = &between_[std::size_t(tap.first - v.first())];
       Row sum{};
       for (std::size_t k = 0; k < taps; ++k)
-        for (std::size_t y = 0; y < 8; ++y) sum[y] += u.weights[k][std::size_t(x)] * from[k][y];
-      for (int y = 0; y < 8; ++y) {
-        voxel[frame_.axis_u] = x;
-        voxel[frame_.axis_v] = y;
-        to[(voxel.x * 8 + voxel.y) * 8 + voxel.z] = sum[std::size_t(y)];
-      }
+        for (std::size_t x = 0; x < 8; ++x) sum[x] += tap.weights[k] * from[k][x];
+      for (int x = 0; x < 8; ++x) to[x * to_u + y * to_v] = sum[std::size_t(x)];
     }
   }
 
   const LatticeFrame& frame_;
   const BlockTiles& tiles_;
   glm::ivec3 block_;
-  std::vector<double> patch_;  ///< of columns, axis_v fastest
-  std::vector<Row> rows_;      ///< at voxels along axis_v
+  std::vector<double> patch_;    ///< of columns, axis_v fastest
+  std::vector<double> along_v_;  ///< at columns along axis_v, for a voxel along axis_u
+  std::vector<Row> between_;     ///< the same for all voxels along axis_u
 };
 
 /// Interpolates voxels of another volume: across columns as those of a block, along them by the
@@ -136,7 +127,7 @@ class PlacedDepths {
     const double from_slab = place.z - (8 * slab_ - 1);
     // behind the last slab nothing attenuates
     if (!(from_slab > 0) || (from_slab > lattice_slices && !is_last_)) return 0;
-    const Tap u(place.x), v(place.y);
+    const Tap u = tap_at(place.x), v = tap_at(place.y);
     const double along = std::min(from_slab, double(lattice_slices));
     const int slice = std::min(int(along), lattice_slices - 1);
     const double f = along - slice;
@@ -147,7 +138,7 @@ class PlacedDepths {
     if (slice == lattice_slices - 1)
       return 0.5 * f * (1 + f) * across(u, v, slice + 1) + (1 - f) * (1 + f) * across(u, v, slice) -
              0.5 * f * (1 - f) * across(u, v, slice - 1);
-    const Tap w(along);
+    const Tap w = tap_at(along);
     double sum = 0;
     for (int k = 0; k < int(taps); ++k)
       sum += w.weights[std::size_t(k)] * across(u, v, w.first + k);

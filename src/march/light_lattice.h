@@ -26,6 +26,12 @@ inline constexpr int widest_spacing = 4;
 inline constexpr int lattice_depths_of_slice = lattice_columns * lattice_columns,
                      lattice_depths_of_brick = lattice_depths_of_slice * lattice_slices;
 
+/// The cell of a coordinate. std::floor is a call on machines that all programs run on.
+inline int cell_of(double at) {
+  const int toward_zero = int(at);
+  return toward_zero - (at < toward_zero);
+}
+
 /// Where the lattice of a light lies in the density's voxels. Its slices are those of the voxels
 /// across the axis along which the light advances fastest, counted from the light's side; column
 /// (i, j) crosses slice w at
@@ -86,9 +92,9 @@ class DarkCells {
 
 /// The lattice of one light on its way through the slabs. From slab to slab it keeps the depths at
 /// which its columns have come there, whatever the volume's size. A voxel's depth is a cubic across
-/// columns that are cut off at the lattice's end: where it is dark, however deep, the cubic does not
-/// swing. Beside a kink it may fall below 0. Such depths are kept: up to the end the interpolation is
-/// linear in the columns, so that the depths of a volume's parts add up.
+/// columns that are cut off at the lattice's end: where it is dark, however deep, the cubic does
+/// not swing. Beside a kink it may fall below 0. Such depths are kept: up to the end the
+/// interpolation is linear in the columns, so that the depths of a volume's parts add up.
 class LatticeRun {
  public:
   /// Blocks must outlive it. `to_index`: they are another volume's, from whose index space it leads
