@@ -186,12 +186,8 @@ void Lighting::add_sky(const View& view, int count) {
 
 void Lighting::sum_up(const View& view, const MediumDepths& depths, const Progress& progress) {
   medium_.reset();  // not beside the next
-  const LitLuminance luminance(view, beams_);
-  const double volumes = double(depths.volumes());
-  medium_ = luminance.medium(blocks_, depths.at(0), part_of(progress, 0, 1 / volumes));
-  light_others(
-      view, beams_, [&](std::size_t volume) { return depths.at(volume); }, *medium_,
-      part_of(progress, 1 / volumes, 1 - 1 / volumes));
+  medium_ = lit_medium(
+      view, beams_, blocks_, [&](std::size_t volume) { return depths.at(volume); }, progress);
 }
 
 }  // namespace psivox

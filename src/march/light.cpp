@@ -320,38 +320,29 @@ Medium LitLuminance::medium(LightBlocks blocks, const LightDepths& depths,
   return medium;
 }
 
-namespace {
-
-/// The medium of a view in the light of beams, in those of its visible blocks that are wanted.
-Medium lit_medium(const View& view, std::vector<Beam> beams, const LightDepths& depths,
-                  const Progress& progress = {}, const WantBlock& want = {}) {
-  auto blocks = visible_blocks(*view.medium.density, density_options(view));
-  if (want) std::erase_if(blocks, [&](const glm::ivec3& block) { return !want(block); });
-  return LitLuminance(view, std::move(beams)).medium(blocks, depths, progress);
-}
-
-}  // namespace
-
-void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt& depths_at,
-                  Medium& lit, const Progress& progress) {
-  const std::size_t count = dark.medium.others.size();
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t volume = i + 1;
+Medium lit_medium(const View& dark, const std::vector<Beam>& beams, LightBlocks blocks,
+                  const DepthsAt& depths_at, const Progress& progress) {
+  const double share = 1 / double(1 + dark.medium.others.size());
+  Medium lit = LitLuminance(dark, beams).medium(blocks, depths_at(0), part_of(progress, 0, share));
+  for (std::size_t volume = 1; volume <= dark.medium.others.size(); ++volume) {
     if (!is_to_be_lit(dark, volume)) continue;
     const View view = seen_from(dark, volume);
-    lit.others[i] = lit_medium(view, beams_on(view, volume, beams), depths_at(volume),
-                               part_of(progress, double(i) / double(count), 1 / double(count)));
-    lit.others[i].others.clear();
+    Medium& other = lit.others[volume - 1];
+    other = LitLuminance(view, beams_on(view, volume, beams))
+                .medium(visible_blocks(*view.medium.density, density_options(view)),
+                        depths_at(volume), part_of(progress, share * double(volume), share));
+    other.others.clear();
   }
+  return lit;
 }
 
 View lit(View view, const DepthsAt& depths_at, const Progress& progress, const WantBlock& wanted) {
   if (!view.medium.light) return view;
   std::vector<Beam> beams = light_beams(view);
   for (const Beam& beam : sky_beams(view, exact_sky_count)) beams.push_back(beam);
-  const View dark = view;
-  view.medium = lit_medium(dark, beams, depths_at(0), progress, wanted);
-  light_others(dark, beams, depths_at, view.medium, progress);
+  auto blocks = visible_blocks(*view.medium.density, density_options(view));
+  if (wanted) std::erase_if(blocks, [&](const glm::ivec3& block) { return !wanted(block); });
+  view.medium = lit_medium(view, beams, blocks, depths_at, progress);
   return view;
 }
 

@@ -174,9 +174,10 @@ bool is_to_be_lit(const View& dark, std::size_t volume);
 /// Depths through the whole medium from voxels of one of its volumes; 0: the first.
 using DepthsAt = std::function<LightDepths(std::size_t volume)>;
 
-/// Lights the further volumes of a dark view's medium by the beams that `lit`, its lit medium, has.
-void light_others(const View& dark, std::span<const Beam> beams, const DepthsAt& depths_at,
-                  Medium& lit, const Progress& progress = {});
+/// The medium of a dark view in the light of beams: the first volume in some blocks, the further
+/// ones everywhere.
+Medium lit_medium(const View& dark, const std::vector<Beam>& beams, LightBlocks blocks,
+                  const DepthsAt& depths_at, const Progress& progress);
 
 /// Whether light is asked for in a block of the first volume.
 using WantBlock = std::function<bool(const glm::ivec3& block)>;
