@@ -292,7 +292,7 @@ LightDepths PartMarcher::depths_by_lattices(const View& view) {
     // lattices have one of the two; those of a team go one by one.
     const double bytes =
         team_.size() > 1 ? 0 : double(layer_bricks() * brick_texels * sizeof(float));
-    const Box domain = build_region_atlas(view, {}, {}, 0.0).density.domain;
+    const Box domain = build_region_atlas(view, {}).density.domain;
     std::map<std::pair<int, int>, std::vector<std::size_t>> along;
     for (std::size_t b = 0; b < beams.size(); ++b) {
       const LatticeFrame frame(view, domain, beams[b]);

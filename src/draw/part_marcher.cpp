@@ -8,7 +8,6 @@
 #include <thread>
 #include <vector>
 
-#include "field/value_range.h"
 #include "psivox/medium.h"
 
 namespace psivox {
@@ -216,7 +215,6 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
   one.scene.pixel_samples = 1;
   const int samples = light.samples();
   const glm::ivec3 ghost = region_ghost(one);
-  const double greatest = greatest_of(view);
   const auto regions = split_.own.front_to_back(view.camera, view.medium.density->world_from_index);
   RenderOptions part = options;
   part.pilot.reset();
@@ -234,7 +232,7 @@ void PartMarcher::carry(CarriedLight& light, const View& view, const RenderOptio
       continue;
     }
     part.pixels = seen;
-    MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost, greatest);
+    MediumAtlas atlas = build_region_atlas(view, region.bricks, ghost);
     if (const CodeWidths widths = fixed_widths(atlas, view.scene.texel))
       atlas = coded(std::move(atlas), *widths);
     marcher_.upload_once(atlas, view.scene.filter);
@@ -287,7 +285,7 @@ void PartMarcher::upload_dark(const View& view, const Box& bricks) {
   drop_dark();  // not beside the next
   View dark = view;
   dark.medium.luminance.reset();
-  dark_ = build_region_atlas(dark, bricks, {}, greatest_of(view));
+  dark_ = build_region_atlas(dark, bricks);
   marcher_.upload_once(dark_, Filter::exact);
   uploaded_ = bricks;
 }
@@ -295,11 +293,6 @@ void PartMarcher::upload_dark(const View& view, const Box& bricks) {
 void PartMarcher::drop_dark() {
   uploaded_.reset();
   dark_ = {};
-}
-
-double PartMarcher::greatest_of(const View& view) {
-  if (!greatest_) greatest_ = stored_range(*view.medium.density).y;
-  return *greatest_;
 }
 
 }  // namespace psivox

@@ -97,15 +97,12 @@ class PartMarcher {
   /// Uploads a box of bricks for light, if it is not uploaded.
   void upload_dark(const View& view, const Box& bricks);
   void drop_dark();
-  /// The density's greatest value.
-  double greatest_of(const View& view);
 
   Marcher& marcher_;
   Split split_;
   Team& team_;
   MediumAtlas dark_;             ///< of the bricks uploaded last for light
   std::optional<Box> uploaded_;  ///< these bricks
-  std::optional<double> greatest_;
 };
 
 }  // namespace psivox

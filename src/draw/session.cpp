@@ -9,7 +9,6 @@
 #include "draw/part_marcher.h"
 #include "draw/picture.h"
 #include "field/leaf_values.h"
-#include "field/value_range.h"
 #include "image/scene_pictures.h"
 #include "march/grids.h"
 #include "march/march_parameters.h"
@@ -189,10 +188,7 @@ void Session::Impl::light(PartMarcher& parts, View& wanted, LightNeed need,
 std::shared_ptr<const Field> Session::Impl::part(const Box& bricks) {
   return kept_part.of(bricks, [&] {
     lighting.forget();
-    const Field& density = *view.medium.density;
-    Field made = field_of_bricks(density, bricks, density_options(view).with_margin);
-    made.stored_range = glm::vec2(stored_range(density));
-    return made;
+    return field_of_bricks(*view.medium.density, bricks, density_options(view).with_margin);
   });
 }
 

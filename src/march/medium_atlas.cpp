@@ -176,8 +176,7 @@ Field field_of_bricks(const Field& field, const Box& bricks, bool with_margin) {
   return part_of_field(field, {voxels.min - (with_margin ? 8 : 0), voxels.max + 8});
 }
 
-MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost,
-                               std::optional<double> greatest) {
+MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost) {
   const Medium& medium = view.medium;
   const Box stored{region.min - ghost, region.max + ghost};
   const auto build = [&](const Field& field, AtlasOptions options, std::optional<Box> part) {
@@ -189,7 +188,7 @@ MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::i
   };
   MediumAtlas result{build(*medium.density, density_options(view), stored), {}, {}, {}, {}};
   result.part = region;
-  result.greatest = greatest ? *greatest : stored_range(*medium.density).y;
+  result.greatest = stored_range(*medium.density).y;
   result.paired = medium.lit && result.density.own_texels;
   if (result.paired) {
     result.luminance =

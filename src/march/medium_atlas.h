@@ -66,8 +66,7 @@ glm::ivec3 region_ghost(const View& view);
 
 /// Builds atlases with the density and its gradient in a region only, a box of bricks, and in
 /// `ghost` bricks around it, and the other grids whole.
-MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {},
-                               std::optional<double> greatest = {});
+MediumAtlas build_region_atlas(const View& view, const Box& region, const glm::ivec3& ghost = {});
 
 /// A field with the leaves alone that an atlas of some bricks reads, in memory. Its domain stays
 /// the domain of the whole.

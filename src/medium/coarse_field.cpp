@@ -10,7 +10,6 @@
 
 #include "field/index_space.h"
 #include "field/leaf_values.h"
-#include "field/value_range.h"
 
 namespace psivox {
 namespace {
@@ -112,8 +111,6 @@ Field halved(const Field& field, Centering centering, CoarseValue what) {
 
 Field coarse_field(const Field& field, int times, Centering centering, CoarseValue value) {
   Field coarse = halved(field, centering, value);
-  coarse.active_range = glm::vec2(active_range(field));
-  coarse.stored_range = glm::vec2(stored_range(field));
   for (int i = 1; i < times; ++i) coarse = halved(coarse, centering, value);
   return coarse;
 }

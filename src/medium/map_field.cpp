@@ -102,6 +102,7 @@ Field map_field(const Field& field, int channels, const VoxelMap& map) {
   });
   for (Tile& tile : result.tiles) tile.value = map(tile.value);
   std::erase_if(result.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0); });
+  if (channels == 1) result.stored_range = glm::vec2(stored_range(result));
   return result;
 }
 
@@ -147,6 +148,7 @@ Field attenuation_of_voxels(const Field& field, const Field& gradient,
                            ? v.value(i)
                            : float(function.attenuation(double(v.value(i)), double(g.value(i))));
   });
+  result.stored_range = glm::vec2(stored_range(result));
   return result;
 }
 

@@ -127,7 +127,7 @@ Field read_density(const Scene& scene, const VolumeFile& file, const std::string
     field.notices.push_back("grid '" + field.name + "': its values, " +
                             mebibytes(value_bytes(field)) + ", stay in the file");
   }
-  if (!field.reader) field.stored_range = glm::vec2(stored_range(field));  // often asked for
+  field.stored_range = glm::vec2(stored_range(field));  // of a part of vectors it is not known
   if (std::string identity = lost_identity(field); !identity.empty())
     field.notices.push_back(std::move(identity));
   return field;

@@ -39,11 +39,11 @@ ValueSurvey survey_leaves(Field& field, LeafSurvey& survey, GridRole role, Copie
     const OrderedValues values(field, leaf);
     const LeafMask active = active_mask(values.data(), field.channels);
     if (all_good({values.begin(), values.end()}, role) && !survey.holds_fill(values.data()))
-      return survey.look(leaf.origin, values.data(), active);
+      return survey.look(values.data(), active);
     copies[n] = std::make_shared_for_overwrite<float[]>(values.size());
     std::ranges::copy(values, copies[n].get());
     leaf.values = copies[n].get();
-    return survey.take(leaf.origin, copies[n].get(), active);
+    return survey.take(copies[n].get(), active);
   };
   return vdb::survey_leaves(survey, copies.size(), tiles, field.active_voxels, each, take);
 }
@@ -144,18 +144,17 @@ class FieldReader final : public Reader {
       field.active_box = *field.array_box;
       field.margin = 0;
     }
-    LeafSurvey survey(options, field.channels, options.role == GridRole::data, field.active_box);
+    LeafSurvey survey(options, field.channels);
     const auto copies = std::make_shared<Copies>();
     ValueSurvey found = survey_leaves(field, survey, options.role, *copies);
     if (std::ranges::any_of(*copies, [](const auto& copy) { return copy != nullptr; }))
       field.storage =
           std::make_shared<std::pair<Storage, std::shared_ptr<const void>>>(field.storage, copies);
     found = found + survey_tiles(field, survey, /*keep_zeros=*/true);
+    for (const Tile& tile : field.tiles) found.active.add(tile.value.x);
     const float largest = settle(field, found, options, about);
     for (const auto& copy : *copies)
       if (copy) replace_infinite(copy.get(), kLeafVoxels * std::size_t(field.channels), largest);
-    for (const Tile& tile : field.tiles) found.active.add(tile.value.x);
-    if (options.role == GridRole::data) field.active_range = found.active.range(largest);
     set_percentiles(field, options.percentiles,
                     [&](const auto& take) { visit_active(*stored, field, take); });
     return field;

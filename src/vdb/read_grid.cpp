@@ -46,13 +46,6 @@ float cleaned_value(const TilePart& part, const LeafSurvey& survey) {
   return value;
 }
 
-void add_active_tiles(const std::vector<TilePart>& tiles, const LeafSurvey& survey,
-                      ValueSurvey& found) {
-  for (const TilePart& part : tiles)
-    if (const float value = cleaned_value(part, survey); part.active && std::isfinite(value))
-      found.active.add(value);
-}
-
 /// Finds percentiles of the first channel of active voxels, which `each_leaf(take)` visits, and of
 /// tiles.
 template <typename EachLeaf>
@@ -104,8 +97,9 @@ class Reading {
     refuse(problem_of(transform, summary));
     refuse(problem_of_distances(grid_.head(), summary));
     set_place(transform.world_from_index, summary);
-    if (stays) return leave_in_file();
-    finish(needs_tree() ? take_tree() : take_leaves());
+    if (stays) set_leaves();
+    if (!stays || options_.survey)
+      finish(stays ? survey_in_file() : needs_tree() ? take_tree() : take_leaves());
     return std::move(field_);
   }
 
@@ -138,19 +132,14 @@ class Reading {
     field_.world_from_index = world_from_index;
   }
 
-  LeafSurvey leaf_survey(bool ranges) const {
-    return {options_, field_.channels, ranges, field_.active_box};
-  }
-
   ValueSurvey survey_leaves(const auto& each) {
-    survey_ = leaf_survey(options_.role == GridRole::data);
+    survey_.emplace(options_, field_.channels);
     std::vector<TileValue> tiles;
     for (const TilePart& part : topology_->tiles)
       tiles.push_back({part.tile().value.x, tile_voxels(part.tile())});
     return vdb::survey_leaves(
-        *survey_, values_.size(), tiles, field_.active_voxels, each, [&](std::size_t n) {
-          return survey_->take(field_.leaves[n].origin, values_[n], topology_->masks[n]);
-        });
+        *survey_, values_.size(), tiles, field_.active_voxels, each,
+        [&](std::size_t n) { return survey_->take(values_[n], topology_->masks[n]); });
   }
 
   /// Whether leaves' values are more than is to be kept in memory. Throws Error(memory) if they are
@@ -219,10 +208,10 @@ class Reading {
     });
   }
 
-  /// Sets the leaves whose values will be there.
+  /// Sets the leaves, whose values will be there or stay in the file.
   void set_leaves() {
-    for (std::size_t n = 0; n < values_.size(); ++n)
-      field_.leaves.push_back({topology_->leaves[n], values_[n]});
+    for (std::size_t n = 0; n < topology_->leaves.size(); ++n)
+      field_.leaves.push_back({topology_->leaves[n], values_.empty() ? nullptr : values_[n]});
   }
 
   /// Sets tiles. Returns what is found in them; +Inf stays.
@@ -237,48 +226,35 @@ class Reading {
       if (tile.value != glm::vec3(0.0f) && !outside) field_.tiles.push_back(tile);
     }
     ValueSurvey found = survey_tiles(field_, *survey_);
-    add_active_tiles(parts, *survey_, found);
+    for (const TilePart& part : parts)
+      if (part.active) found.active.add(cleaned_value(part, *survey_));
     return found;
   }
 
-  /// Ends the reading of voxels that are in memory.
+  /// Surveys leaves and keeps no value of them.
+  ValueSurvey survey_in_file() {
+    add_class_notices();
+    survey_.emplace(options_, field_.channels);
+    SurveySum sum;
+    grid_.each_leaf([&](std::size_t, const DecodedLeaf& leaf) {
+      LeafOfFloats values;
+      leaf.copy_to(values.data());
+      sum.add(survey_->take(values.data(), leaf.active()));
+    });
+    return sum.total();
+  }
+
   void finish(ValueSurvey survey) {
     survey = survey + take_tiles(topology_->tiles);
     const float largest = settle(field_, survey, options_, subject_);
-    if (survey.bad.positive_infinite > 0) {
-      const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
+    const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
+    if (survey.bad.positive_infinite > 0)
       tbb::parallel_for(std::size_t{0}, values_.size(),
                         [&](std::size_t n) { replace_infinite(values_[n], length, largest); });
-    }
-    if (options_.role == GridRole::data) field_.active_range = survey.active.range(largest);
     const auto each_leaf = [&](const auto& take) {
       for (std::size_t n = 0; n < values_.size(); ++n) take(values_[n], topology_->masks[n]);
-    };
-    find_percentiles(field_, each_leaf, topology_->tiles, *survey_, options_);
-  }
-
-  /// Surveys leaves and keeps no value of them.
-  Field leave_in_file() {
-    add_class_notices();
-    survey_ = leaf_survey(/*ranges=*/true);
-    for (const glm::ivec3& origin : grid_.topology().leaves)
-      field_.leaves.push_back({origin, nullptr});
-    if (!options_.survey) return std::move(field_);
-    SurveySum sum;
-    grid_.each_leaf([&](std::size_t n, const DecodedLeaf& leaf) {
-      LeafOfFloats values;
-      leaf.copy_to(values.data());
-      sum.add(survey_->take(field_.leaves[n].origin, values.data(), leaf.active()));
-    });
-    ValueSurvey all = sum.total() + take_tiles(grid_.topology().tiles);
-    const float largest = settle(field_, all, options_, subject_);
-    all.all.add(0);
-    field_.stored_range = all.all.range(largest);
-    field_.active_range =
-        (options_.role == GridRole::data ? all.active : all.in_box).range(largest);
-    const auto each_leaf = [&](const auto& take) {
+      if (values_.size() == topology_->leaves.size()) return;
       std::mutex mutex;
-      const std::size_t length = kLeafVoxels * static_cast<std::size_t>(field_.channels);
       grid_.each_leaf([&](std::size_t, const DecodedLeaf& leaf) {
         LeafOfFloats values;
         leaf.copy_to(values.data());
@@ -288,8 +264,7 @@ class Reading {
         take(values.data(), leaf.active());
       });
     };
-    find_percentiles(field_, each_leaf, grid_.topology().tiles, *survey_, options_);
-    return std::move(field_);
+    find_percentiles(field_, each_leaf, topology_->tiles, *survey_, options_);
   }
 
   const ReadOptions& options_;
@@ -298,7 +273,7 @@ class Reading {
   FileGrid& grid_;
   const Topology* topology_;    ///< the grid's, or what it was converted to
   ConvertedGrid made_{};        ///< that, if it was
-  std::vector<float*> values_;  ///< of each leaf
+  std::vector<float*> values_;  ///< of each leaf; empty: they stay in the file
   Field field_;
   std::optional<LeafSurvey> survey_;  ///< with its fill values, once leaves are taken
 };
@@ -319,7 +294,7 @@ std::unique_ptr<FileGrid> open_stored(GridFile& file, const GridEntry& entry,
 
 std::vector<float> stored_leaves(FileGrid& grid, const LeavesWish& wish) {
   if (!grid.why_whole().empty()) throw std::logic_error("a grid that is read whole");
-  const LeafSurvey survey(wish.options, grid.channels(), /*ranges=*/false);
+  const LeafSurvey survey(wish.options, grid.channels());
   const std::size_t floats = kLeafVoxels * std::size_t(grid.channels());
   std::vector<float> values(wish.numbers.size() * floats);
   grid.some_leaves(wish.numbers, [&](std::size_t n, const DecodedLeaf& leaf) {

@@ -6,7 +6,6 @@
 #include "base/text.h"
 #include "field/index_space.h"
 #include "field/lane_range.h"
-#include "field/leaf_values.h"
 #include "psivox/error.h"
 
 namespace psivox {
@@ -98,8 +97,7 @@ void LeafSurvey::find_fill(ValueEnds ends, const ValueSurvey& others,
   fill_ = ends.fill(voxels);
 }
 
-ValueSurvey LeafSurvey::look(const glm::ivec3& origin, const float* values, const LeafMask& active,
-                             bool infinite) const {
+ValueSurvey LeafSurvey::look(const float* values, const LeafMask& active, bool infinite) const {
   const auto stride = static_cast<std::size_t>(channels_);
   ValueSurvey found;
   if (infinite) {
@@ -110,25 +108,18 @@ ValueSurvey LeafSurvey::look(const glm::ivec3& origin, const float* values, cons
     found.largest = std::max(found.largest, bounds.y);
     if (stride == 1) found.all = {bounds.x, bounds.y};
   }
-  if (!ranges_) return found;
   if (infinite || stride > 1)
     for (std::size_t i = 0; i < kLeafVoxels; ++i) found.all.add(values[i * stride]);
-  if (active.all())
+  if (is_data_ && active.all())
     found.active = found.all;
-  else
+  else if (is_data_)
     each_on(active, [&](std::size_t i) { found.active.add(values[i * stride]); });
-  if (box_.contains(origin) && box_.contains(origin + 7))
-    found.in_box = found.all;
-  else
-    for (int n = 0; n < int(kLeafVoxels); ++n)
-      if (box_.contains(origin + leaf_voxel(n))) found.in_box.add(values[std::size_t(n) * stride]);
   return found;
 }
 
-ValueSurvey LeafSurvey::take(const glm::ivec3& origin, float* values,
-                             const LeafMask& active) const {
+ValueSurvey LeafSurvey::take(float* values, const LeafMask& active) const {
   const BadValues bad = clean(values);
-  ValueSurvey found = look(origin, values, active, bad.positive_infinite > 0);
+  ValueSurvey found = look(values, active, bad.positive_infinite > 0);
   found.bad = bad;
   found.bad.fill = fill_;
   return found;
@@ -144,10 +135,7 @@ ValueSurvey survey_tiles(Field& field, const LeafSurvey& survey, bool keep_zeros
     }
   if (!keep_zeros)
     std::erase_if(field.tiles, [](const Tile& tile) { return tile.value == glm::vec3(0.0f); });
-  for (const Tile& tile : field.tiles) {
-    found.all.add(tile.value.x);
-    found.in_box.add(tile.value.x);
-  }
+  for (const Tile& tile : field.tiles) found.all.add(tile.value.x);
   return found;
 }
 
@@ -166,6 +154,9 @@ float settle(Field& field, ValueSurvey& survey, const ReadOptions& options,
   for (Tile& tile : field.tiles)
     for (int c = 0; c < 3; ++c)
       if (tile.value[c] > bad.largest) tile.value[c] = bad.largest;
+  survey.all.add(0);
+  field.stored_range = survey.all.range(bad.largest);
+  if (options.role == GridRole::data) field.active_range = survey.active.range(bad.largest);
   return bad.largest;
 }
 

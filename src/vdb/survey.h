@@ -59,12 +59,11 @@ struct ValueSurvey {
   BadValues bad;
   float largest = 0;  ///< finite value of any channel
   Extent all;         ///< first channel
-  Extent active;      ///< of active voxels
-  Extent in_box;      ///< of voxels in the box of active ones
+  Extent active;      ///< of active voxels; for GridRole::data
 
   ValueSurvey operator+(const ValueSurvey& other) const {
     return {bad + other.bad, std::max(largest, other.largest), all + other.all,
-            active + other.active, in_box + other.in_box};
+            active + other.active};
   }
 };
 
@@ -104,14 +103,12 @@ bool all_good(std::span<const float> values, GridRole role, bool absent = false)
 /// Judges leaves of 512 * channels values. Several threads may use it.
 class LeafSurvey {
  public:
-  /// Extents are found if `ranges` is set. `box` is that of the grid's active voxels.
-  LeafSurvey(const ReadOptions& options, int channels, bool ranges, const Box& box = {})
+  LeafSurvey(const ReadOptions& options, int channels)
       : smallest_(smallest_good(options.role)),
         channels_(channels),
-        ranges_(ranges),
+        is_data_(options.role == GridRole::data),
         finds_fill_(options.absent && options.fill && channels == 1),
-        missing_(options.absent ? std::numeric_limits<float>::quiet_NaN() : 0.0f),
-        box_(box) {
+        missing_(options.absent ? std::numeric_limits<float>::quiet_NaN() : 0.0f) {
     if (options.absent) fill_.given = options.fill_value;
   }
 
@@ -124,11 +121,10 @@ class LeafSurvey {
 
   /// Surveys a leaf. What is no data becomes absent, or 0, and values below the smallest good one
   /// become 0; +Inf is counted and stays.
-  ValueSurvey take(const glm::ivec3& origin, float* values, const LeafMask& active) const;
+  ValueSurvey take(float* values, const LeafMask& active) const;
 
   /// Surveys a leaf whose values are all good, but for +Inf if there are `infinite` ones.
-  ValueSurvey look(const glm::ivec3& origin, const float* values, const LeafMask& active,
-                   bool infinite = false) const;
+  ValueSurvey look(const float* values, const LeafMask& active, bool infinite = false) const;
 
   /// Replaces values as `take` does.
   BadValues clean(float* values) const;
@@ -142,11 +138,10 @@ class LeafSurvey {
  private:
   float smallest_;
   int channels_;
-  bool ranges_;
+  bool is_data_;
   bool finds_fill_;
   float missing_;  ///< what absent values become
   Fill fill_{};
-  Box box_;
 };
 
 /// The sum of what several threads find.
@@ -187,8 +182,8 @@ ValueSurvey survey_leaves(LeafSurvey& survey, std::size_t leaves,
 /// `keep_zeros`.
 ValueSurvey survey_tiles(Field& field, const LeafSurvey& survey, bool keep_zeros = false);
 
-/// Ends a field's survey: bad values are a notice, or an error under ReadOptions::strict, and tiles
-/// get what stands for +Inf, which it returns. `subject` begins messages.
+/// Ends a field's survey: bad values are a notice, or an error under ReadOptions::strict, tiles get
+/// what stands for +Inf, which it returns, and the field its ranges. `subject` begins messages.
 float settle(Field& field, ValueSurvey& survey, const ReadOptions& options,
              const std::string& subject);
 
