@@ -2,6 +2,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <numeric>
 #include <span>
 #include <stdexcept>
 #include <string>
@@ -115,7 +116,7 @@ class VdbGrid final : public FileGrid {
       : FileGrid(from.file, from.entry, from.marked),
         from_(from),
         grid_(openvdb::gridPtrCast<GridT>(from.grid)),
-        leaves_at_(from.stream.tellg()) {
+        places_{std::int64_t(from.stream.tellg())} {
     const auto& root = std::as_const(*grid_).tree().root();
     for (auto node = root.cbeginChildAll(); node; ++node)
       if ((node.getCoord() & ~(int(TreeT::RootNodeType::ChildNodeType::DIM) - 1)) !=
@@ -132,7 +133,6 @@ class VdbGrid final : public FileGrid {
 
  private:
   const ValueT& background() const { return std::as_const(*grid_).tree().background(); }
-  LeafDecoder<LeafT> decoder() const { return {from_.blocks, from_.coding, background(), fill_}; }
 
   Topology read_topology() override {
     leaves_.clear();
@@ -144,22 +144,22 @@ class VdbGrid final : public FileGrid {
   bool can_be(double value) const override { return value_can_be<ValueT>(value); }
 
   void read_leaves(const TakeLeaf& take, const std::function<bool()>& enough) override {
-    begin_leaves();
     if constexpr (points)
       read_counts(take);
     else
       read_batches(take, enough);
   }
 
-  void begin_leaves() {
+  void begin_at(std::int64_t place) {
     from_.coding->setBackgroundPtr(&background());
     openvdb::io::setStreamMetadataPtr(from_.stream, from_.coding);
     from_.stream.clear();
-    from_.stream.seekg(leaves_at_);
+    from_.stream.seekg(place);
   }
 
   /// The numbers of points in voxels, from the offsets behind the last one of each.
   void read_counts(const TakeLeaf& take) {
+    begin_at(places_.front());
     read_points(*grid_, from_.stream, *from_.coding, /*whole=*/false);
     for (std::size_t n = 0; n < leaves_.size(); ++n) {
       std::array<std::int64_t, kLeafVoxels> counts;
@@ -174,63 +174,55 @@ class VdbGrid final : public FileGrid {
     }
   }
 
-  /// A leaf's place depends on the lengths of those before it. So one thread finds the places of a
-  /// batch by skipping over them, and then all threads read.
   void read_batches(const TakeLeaf& take, const std::function<bool()>& enough) {
-    const LeafDecoder<LeafT> decoder = this->decoder();
-    std::int64_t end = leaves_at_;
-    std::vector<LeafPlace> batch;
     std::size_t wanted = enough ? 1 : batch_leaves;
+    std::vector<std::uint32_t> batch;
     for (std::size_t first = 0; first < leaves_.size(); first += batch.size()) {
-      batch.clear();
-      while (batch.size() < std::min(wanted, leaves_.size() - first)) {
-        skip(*leaves_[first + batch.size()]);
-        batch.push_back({end, from_.stream.tellg()});
-        end = batch.back().end;
-        if (batch.size() % leaves_per_task == 0) from_.buffer.report(end);
-      }
-      from_.buffer.report(end);
-      decoder.decode(batch, /*in_runs=*/true,
-                     [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
+      batch.resize(std::min(wanted, leaves_.size() - first));
+      std::iota(batch.begin(), batch.end(), std::uint32_t(first));
+      find_places(first + batch.size());
+      decode(batch, /*in_runs=*/true,
+             [&](std::size_t n, const DecodedLeaf& leaf) { take(first + n, leaf); });
       if (enough && enough()) return;
       wanted = std::min(2 * wanted, batch_leaves);
     }
   }
 
-  /// Moves the stream behind a leaf's values.
-  void skip(const LeafT& leaf) {
-    skipped_.setValueMask(leaf.getValueMask());
-    skipped_.readBuffers(from_.stream, openvdb::CoordBBox(), from_.coding->halfFloat());
-  }
-
   void read_some(std::span<const std::uint32_t> numbers, const TakeLeaf& take) override {
     if constexpr (!points) {
-      if (places_.empty()) find_places();
-      std::vector<LeafPlace> places;
-      places.reserve(numbers.size());
-      for (const std::uint32_t n : numbers) places.push_back({places_[n], places_[n + 1]});
-      decoder().decode(places, /*in_runs=*/false, take);
+      // small leaves are read in fewer calls than skipped
+      if (from_.entry.end - places_.front() > 4 * head_bytes * std::int64_t(leaves_.size()))
+        from_.buffer.read_only(head_bytes);
+      find_places(leaves_.size());
+      decode(numbers, /*in_runs=*/false, take);
     }
   }
 
-  void find_places() {
-    begin_leaves();
-    // small leaves are read in fewer calls than skipped
-    if (from_.entry.end - leaves_at_ > 4 * head_bytes * std::int64_t(leaves_.size()))
-      from_.buffer.read_only(head_bytes);
-    std::vector<std::int64_t> places{leaves_at_};
-    for (const LeafT* leaf : leaves_) {
-      skip(*leaf);
-      places.push_back(from_.stream.tellg());
+  /// Finds where the first leaves are, by skipping over them in one thread: a leaf's place depends
+  /// on the lengths of those before it.
+  void find_places(std::size_t leaves) {
+    if (places_.size() > leaves) return;
+    begin_at(places_.back());
+    while (places_.size() <= leaves) {
+      skipped_.setValueMask(leaves_[places_.size() - 1]->getValueMask());
+      skipped_.readBuffers(from_.stream, openvdb::CoordBBox(), from_.coding->halfFloat());
+      places_.push_back(from_.stream.tellg());
+      if (places_.size() % leaves_per_task == 0) from_.buffer.report(places_.back());
     }
-    places_ = std::move(places);
+    from_.buffer.report(places_.back());
+  }
+
+  void decode(std::span<const std::uint32_t> numbers, bool in_runs, const TakeLeaf& take) const {
+    std::vector<LeafPlace> places;
+    for (const std::uint32_t n : numbers) places.push_back({places_[n], places_[n + 1]});
+    LeafDecoder<LeafT>(from_.blocks, from_.coding, background(), fill_)
+        .decode(places, in_runs, take);
   }
 
   VdbSource from_;
   typename GridT::Ptr grid_;
-  std::int64_t leaves_at_;            ///< in the file [bytes]
   std::vector<LeafT*> leaves_;        ///< of the tree, in its order
-  std::vector<std::int64_t> places_;  ///< where leaves begin, once some are read by their numbers
+  std::vector<std::int64_t> places_;  ///< where leaves begin, the first and those found [bytes]
   LeafT skipped_;
 };
 
