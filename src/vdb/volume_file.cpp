@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -15,13 +16,68 @@
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "reader.h"
+#include "scan/scan.h"
 #include "vdb/grid_head.h"
 #include "vdb/grid_names.h"
 #include "vdb/grids_module.h"
 #include "vdb/joined_vectors.h"
-#include "vdb/shared_reader.h"
 
 namespace psivox {
+namespace vdb {
+
+/// A file's reader. Frames of the file share it while somebody holds it: one after another they are
+/// unpacked once.
+struct SharedReader {
+  explicit SharedReader(const std::filesystem::path& path)
+      : file(std::make_shared<FileBlocks>(path)) {
+    std::shared_ptr<FileBlocks> data;
+    if (const std::string beside = scan::data_path(*file); !beside.empty())
+      data = std::make_shared<FileBlocks>(std::filesystem::path(beside));
+    const Progress report = [this](double done) {
+      if (progress) progress(done);
+    };
+    reader = open_guarded_reader(file, data, report);
+    if (!reader) reader = open_reader(file, data, report);
+  }
+
+  std::shared_ptr<FileBlocks> file;
+  std::mutex mutex{};   ///< of what a frame reads
+  Progress progress{};  ///< of who reads now
+  std::unique_ptr<Reader> reader{};
+};
+
+/// While a frame reads, its progress is the reader's.
+struct Turn {
+  Turn(SharedReader& reader, Progress& progress)
+      : lock(reader.mutex), shared(reader), own(progress) {
+    std::swap(shared.progress, own);
+  }
+  ~Turn() { std::swap(shared.progress, own); }
+
+  std::lock_guard<std::mutex> lock;
+  SharedReader& shared;
+  Progress& own;
+};
+
+/// A file's reader; that of a file that is open already for one of its frames. Throws Error(input).
+static std::shared_ptr<SharedReader> reader_of(const FrameOfFile& one, const Progress& progress) {
+  static std::mutex mutex;
+  static std::map<std::string, std::weak_ptr<SharedReader>> open;  // by path and stamp
+  const std::string key = one.file.string() + "\n" + file_stamp(one.file);
+  if (!one.frame.empty()) {
+    const std::lock_guard lock(mutex);
+    if (const auto known = open.find(key); known != open.end())
+      if (auto shared = known->second.lock()) return shared;
+  }
+  auto shared = std::make_shared<SharedReader>(one.file);
+  if (one.frame.empty()) shared->progress = progress;
+  const std::lock_guard lock(mutex);
+  std::erase_if(open, [](const auto& item) { return item.second.expired(); });
+  open[key] = shared;
+  return shared;
+}
+
+}  // namespace vdb
 
 struct VolumeFile::Impl {
   Impl(const FrameOfFile& one, Progress own_progress)
@@ -38,7 +94,7 @@ struct VolumeFile::Impl {
 
   Field read(const std::string& grid, const ReadOptions& options) {
     if (frame.empty()) return with_leaves(grid, options, reader->read(grid, options));
-    const vdb::Turn turn(*shared, progress);
+    const vdb::Turn turn{*shared, progress};
     return reader->read(grid, options);
   }
 
