@@ -3,11 +3,11 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
 #include "blobs_scene.h"
 #include "field/value_range.h"
 #include "field_voxels.h"
-#include "medium/stored_density.h"
 #include "psivox/draw.h"
 #include "thread_team.h"
 #include "thrown.h"
@@ -154,14 +154,26 @@ TEST(Team, LightWithinATolerance) {
   EXPECT_EQ(errors, std::vector<std::string>(3, ""));
 }
 
+/// The overview by which a team of two chooses a view, which both have.
+Field overview(const Scene& scene) {
+  std::array<Field, 2> overviews;
+  const auto errors = in_team(2, [&](const std::shared_ptr<Team>& team) {
+    const MediumFields fields =
+        read_fields(scene, VolumeFile(scene.input), false, {.allowed = true, .team = team});
+    EXPECT_TRUE(fields.drawn->reader);
+    overviews[std::size_t(team->rank())] = *fields.density;
+  });
+  EXPECT_EQ(errors, std::vector<std::string>(2, ""));
+  EXPECT_EQ(overviews[0].leaves.size(), overviews[1].leaves.size());
+  return overviews[1];
+}
+
 // All members choose by the same overview: of few leaves the density itself, of many every eighth
 // of its voxels.
 TEST(Team, ChooseByAnOverview) {
-  const std::string path = blobs_scene().input;
-  const Field whole = VolumeFile(path).read("density");
-  const Field stored = VolumeFile(path).read("density", {.in_file = true});
-  ASSERT_TRUE(stored.reader);
-  const Field same = overview_of(stored, Centering::node, 0);
+  Scene scene = blobs_scene();
+  const Field whole = VolumeFile(scene.input).read("density");
+  const Field same = overview(scene);
   ASSERT_EQ(same.leaves.size(), whole.leaves.size());
   for (std::size_t n = 0; n < whole.leaves.size(); ++n) {
     EXPECT_EQ(same.leaves[n].origin, whole.leaves[n].origin);
@@ -170,7 +182,8 @@ TEST(Team, ChooseByAnOverview) {
   }
   EXPECT_EQ(active_range(same), active_range(whole));
   EXPECT_EQ(same.active_box, whole.active_box);
-  const Field coarse = overview_of(stored, Centering::node, 0, whole.leaves.size() / 2);
+  scene.memory_limit = whole.leaves.size() * 4096;
+  const Field coarse = overview(scene);
   EXPECT_LE(coarse.leaves.size(), whole.leaves.size() / 2);
   EXPECT_EQ(active_range(coarse), active_range(whole));
   const FieldVoxels voxels(whole);

@@ -1,17 +1,20 @@
 #include <algorithm>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "base/memory.h"
 #include "base/text.h"
+#include "field/index_space.h"
 #include "field/leaf_values.h"
 #include "field/value_range.h"
 #include "medium/luminance_sources.h"
 #include "medium/map_field.h"
-#include "medium/stored_density.h"
 #include "psivox/medium.h"
 #include "psivox/parameters.h"
 #include "scene/enum_names.h"
 #include "vdb/grid_names.h"
+#include "vdb/reading_messages.h"
 
 namespace psivox {
 namespace {
@@ -32,6 +35,66 @@ std::string modes_in_parts() {
   const std::string last = names.back();
   names.pop_back();
   return joined(names, ", ") + " and " + last;
+}
+
+/// Whether several processes draw the volume together.
+bool is_shared(const Parts& parts) { return parts.team->size() > 1; }
+
+/// A text that differs, in all likelihood, between fields of different leaves.
+std::string topology_of(const Field& field) {
+  std::uint64_t hash = 14695981039346656037u;  // FNV-1a
+  for (const Leaf& leaf : field.leaves)
+    for (int axis = 0; axis < 3; ++axis)
+      hash = (hash ^ std::uint32_t(leaf.origin[axis])) * 1099511628211u;
+  return std::to_string(hash) + " " + std::to_string(field.active_voxels);
+}
+
+/// How often an overview is halved to have so many leaves at most.
+int overview_level(const Field& field, std::size_t most) {
+  std::vector<glm::ivec3> places;
+  for (const Leaf& leaf : field.leaves) places.push_back(leaf.origin >> 3);
+  int level = 0;
+  for (; places.size() > most; ++level) {
+    for (glm::ivec3& place : places) place >>= 1;
+    std::ranges::sort(places, comes_before);
+    const auto same = std::ranges::unique(places);
+    places.erase(same.begin(), same.end());
+  }
+  return level;
+}
+
+/// The field by which a team chooses a view of a density whose values stay in the file: the density
+/// itself if it has few leaves, else a sample of its voxels. `memory`: that it and its atlas may
+/// take [bytes]; 0: not known.
+Field overview_of(const Field& stored, Centering centering, std::uint64_t memory) {
+  std::size_t most_leaves = std::size_t{1} << 14;  // 32 MiB of scalars
+  // an atlas on host and GPU has 5.7 KiB for the 2 KiB of a leaf
+  const std::uint64_t leaf_bytes = 4 * 512 * sizeof(float) * std::uint64_t(stored.channels);
+  while (most_leaves > 8 && memory > 0 && leaf_bytes * most_leaves > memory) most_leaves /= 2;
+  const int level = overview_level(stored, most_leaves);
+  return level > 0 ? coarse_field(stored, level, centering, CoarseValue::sample)
+                   : part_of_field(stored, everywhere);
+}
+
+/// Gives all members of a team the first one's field: what it is, its leaves and tiles, and values
+/// unless they stay in the file.
+void take_first(Field& field, Team& team) {
+  if (team.size() == 1) return;
+  std::vector<float> values;
+  if (team.first() && !field.reader)
+    for (const Leaf& leaf : field.leaves) {
+      const OrderedValues own(field, leaf);
+      values.insert(values.end(), own.begin(), own.end());
+    }
+  const std::string first = team.gather(team.first() ? guard::packed(field, values) : "").front();
+  if (team.first()) return;
+  guard::unpack(first, field, values);
+  if (values.empty()) return;
+  field.reader = {};
+  fill_leaves(field, [&](std::size_t n, float* to) {
+    const std::size_t floats = values.size() / field.leaves.size();
+    std::copy_n(values.begin() + std::ptrdiff_t(n * floats), floats, to);
+  });
 }
 
 /// The field with a notice.
@@ -148,10 +211,13 @@ void set_density(const Scene& scene, const VolumeFile& file, const std::string& 
     density = *scaled_values(std::make_shared<const Field>(std::move(density)), scene.value_scale,
                              *parts.team);
   if (chosen_by_first) {
+    // members on one machine share what is free there; a limit is each process's
+    const int sharing = scene.memory_limit ? 1 : parts.team->place().local_size;
+    const std::uint64_t memory = grid_memory(scene) / std::uint64_t(sharing);
     Field overview;
     if (parts.team->first())
       overview = scene.lod > 0 ? coarse_field(density, scene.lod, scene.centering)
-                               : overview_of(density, scene.centering, own_memory(scene, parts));
+                               : overview_of(density, scene.centering, memory);
     if (scene.lod == 0) fields.drawn = std::make_shared<const Field>(std::move(density));
     take_first(overview, *parts.team);
     density = std::move(overview);

@@ -37,7 +37,7 @@ ValueScale with_unit(ValueScale scale, const Field& field, Team& team) {
   const bool log = scale.kind == ValueScale::Kind::log;
   if (!log)
     scale.unit = size * std::pow(10, -symlog_decades);
-  else if (stays_in_file(field))  // a member alone reads them all
+  else if (field.reader)  // a member alone reads them all
     scale.unit = team.gather(team.first() ? least_positive(field) : 0.0).front();
   else
     scale.unit = least_positive(field);
@@ -70,11 +70,10 @@ std::shared_ptr<const Field> scaled_values(std::shared_ptr<const Field> given,
     throw Error(ExitCode::usage, "--value-scale: level set " + in_quotes(field.name) +
                                      " holds distances; leave it out");
   const ValueScale scale = with_unit(wanted, field, team);
-  Field scaled = stays_in_file(field)
-                     ? scaled_in_file(field, scale)
-                     : map_field(field, 1, [&](const glm::vec3& value) {
-                         return glm::vec3(float(scale.scaled(double(value.x))), 0, 0);
-                       });
+  Field scaled = field.reader ? scaled_in_file(field, scale)
+                              : map_field(field, 1, [&](const glm::vec3& value) {
+                                  return glm::vec3(float(scale.scaled(double(value.x))), 0, 0);
+                                });
   scaled.scale = scale;
   const auto of_range = [&](const glm::dvec2& range) {
     return glm::vec2(scale.scaled(range.x), scale.scaled(range.y));
