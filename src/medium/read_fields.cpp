@@ -163,9 +163,10 @@ bool reads_data(const Scene& scene) {
 /// What the density of a scene follows from, but for percentiles. `data`: values below 0 stay.
 std::string density_key(const Scene& scene, bool data) {
   std::string key = data ? "data" : "";
-  for (const char* name : {"input", "grid", "strict", "background-value", "fill-value", "lod",
-                           "centering", "value-scale"})
+  for (const char* name :
+       {"input", "grid", "strict", "background-value", "fill-value", "lod", "value-scale"})
     key += "\n" + parameter_text(scene, name);
+  if (scene.lod) key += "\n" + parameter_text(scene, "centering");
   return key + (scene.shows(Shows::surface) ? "\ndistances" : "");
 }
 
@@ -328,18 +329,14 @@ std::vector<std::string> albedo_grids(const VolumeFile& file, const std::string&
 }
 
 std::string fields_key(const Scene& scene) {
-  std::string key;
-  for (const char* name :
-       {"input", "grid", "strict", "background-value", "fill-value", "lod", "value-scale",
-        "luminance-grid", "temperature-grid", "albedo-grid", "volumes"})
+  std::string key = density_key(scene, reads_data(scene));
+  for (const char* name : {"luminance-grid", "temperature-grid", "albedo-grid", "volumes"})
     key += "\n" + parameter_text(scene, name);
   for (const EmissionOptions& emission : emission_options)
     key += "\n" + (scene.*emission.scale > 0 ? scene.*emission.grid : "");
   if (scene.range && (scene.range->percent.x || scene.range->percent.y))
     key += "\n" + parameter_text(scene, "range");
-  if (scene.lod) key += "\n" + parameter_text(scene, "centering");
-  for (const bool choice : {scene.composites(), scene.shines(), scene.has_function(),
-                            scene.shows(Shows::surface), scene.lit()})
+  for (const bool choice : {scene.composites(), scene.shines(), scene.lit()})
     key += choice ? "1" : "0";
   return key;
 }
