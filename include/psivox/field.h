@@ -176,8 +176,7 @@ struct Field : FieldHead {
   std::vector<Tile> tiles{};           ///< disjoint from each other and from the leaves
   std::optional<ArrayValues> array{};  ///< of the leaves without values of their own
   Storage storage{};                   ///< keeps Leaf::values and the array alive
-  /// Set if the values of leaves stay in the file, see field/leaf_values.h. Both ranges are known
-  /// then.
+  /// Set if the values of leaves stay in the file, see field/leaf_values.h.
   ReadLeaves reader{};
 };
 

@@ -59,13 +59,16 @@ std::uint64_t value_bytes(const Field& field) {
   return field.leaves.size() * floats_per_leaf(field) * sizeof(float);
 }
 
-void check_in_memory(const Field& field) {
-  if (field.reader)
-    throw Error(ExitCode::memory,
-                "grid " + in_quotes(field.name) + " has values of " +
-                    mebibytes(value_bytes(field)) +
-                    ", more than the memory limit leaves room for: only pictures are drawn from it,"
-                    " in parts; raise --memory-limit");
+void check_in_memory(const Field& field, const std::string& option) {
+  if (!field.reader) return;
+  throw Error(ExitCode::memory, "grid " + in_quotes(field.name) + " has values of " +
+                                    mebibytes(value_bytes(field)) +
+                                    ", more than the memory limit leaves room for" +
+                                    (option.empty() ? ": only pictures are drawn from it, in parts;"
+                                                      " raise --memory-limit"
+                                                    : ", and " + option +
+                                                          " needs all of them at once; raise"
+                                                          " --memory-limit or leave that out"));
 }
 
 void visit_leaves(const Field& field, const VisitLeaves& visit, const WantLeaf& wanted) {

@@ -12,6 +12,7 @@
 #include <functional>
 #include <memory>
 #include <span>
+#include <string>
 #include <utility>
 
 #include "psivox/field.h"
@@ -85,11 +86,6 @@ class OrderedValues {
   std::array<float, 512 * 3> copy_;
 };
 
-/// Whether values of leaves stay in the file.
-inline bool stays_in_file(const Field& field) {
-  return !field.leaves.empty() && !field.leaves.front().values && !field.array;
-}
-
 /// Gives all leaves values of their own: fill(n, values) writes those of one, in all threads.
 template <typename Fill>
 void fill_leaves(Field& field, const Fill& fill) {
@@ -106,8 +102,9 @@ void fill_leaves(Field& field, const Fill& fill) {
 /// Bytes of the values of all leaves.
 std::uint64_t value_bytes(const Field& field);
 
-/// Throws Error(memory) if the values of leaves are not in memory, for what needs all of them.
-void check_in_memory(const Field& field);
+/// Throws Error(memory) if the values of leaves are not in memory, for what needs all of them: that
+/// may be an option, `light`, which can be left out.
+void check_in_memory(const Field& field, const std::string& option = {});
 
 using VisitLeaves = std::function<void(std::span<const Leaf> leaves)>;
 using WantLeaf = std::function<bool(const Leaf& leaf)>;

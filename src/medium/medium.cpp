@@ -149,17 +149,10 @@ void set_density(const Scene& scene, const std::shared_ptr<const Field>& density
 /// Throws if what the scene asks for needs all values of the density in memory, and they are not.
 void check_parts(const Scene& scene, const MediumFields& fields, const TransferFunction* function) {
   const Field& density = fields.drawn ? *fields.drawn : *fields.density;
-  if (!density.reader) return;
-  std::string what;
-  if (function && function->has_gradient()) what = "a function of the gradient";
-  if (function && scene.classification == Classification::pre) what = "--classification pre";
-  if (scene.lit() && !fields.drawn) what = "light";
-  if (what.empty()) return;
-  throw Error(ExitCode::memory, "grid " + in_quotes(density.name) + " has values of " +
-                                    mebibytes(value_bytes(density)) +
-                                    ", more than the memory limit leaves room for, and " + what +
-                                    " needs all of them at once; raise --memory-limit or"
-                                    " leave that out");
+  if (scene.lit() && !fields.drawn) check_in_memory(density, "light");
+  if (function && scene.classification == Classification::pre)
+    check_in_memory(density, "--classification pre");
+  if (function && function->has_gradient()) check_in_memory(density, "a function of the gradient");
 }
 
 Medium make_medium(const Scene& scene, const MediumFields& fields) {

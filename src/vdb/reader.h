@@ -41,6 +41,11 @@ struct LeavesWish {
   std::vector<std::uint32_t> numbers{};
 };
 
+/// Whether the values of a field's leaves have stayed there.
+inline bool stays_in_file(const Field& field) {
+  return !field.leaves.empty() && !field.leaves.front().values && !field.array;
+}
+
 /// What VolumeFile does with an open file; VolumeFile documents the functions. They take grids by
 /// GridFacts::name. Several threads may call them.
 class Reader {

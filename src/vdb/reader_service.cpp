@@ -3,7 +3,6 @@
 #include <utility>
 #include <vector>
 
-#include "field/leaf_values.h"
 #include "grids_module.h"
 #include "guard/service.h"
 #include "psivox/vdb.h"

@@ -12,7 +12,6 @@
 
 #include "base/file_blocks.h"
 #include "base/text.h"
-#include "field/leaf_values.h"
 #include "psivox/error.h"
 #include "psivox/vdb.h"
 #include "reader.h"
@@ -100,7 +99,7 @@ struct VolumeFile::Impl {
 
   /// A field whose values may have stayed in the file, with what reads them.
   Field with_leaves(const std::string& grid, const ReadOptions& options, Field field) const {
-    if (field.reader || !stays_in_file(field)) return field;
+    if (field.reader || !vdb::stays_in_file(field)) return field;
     field.reader = [from = reader, wish = vdb::LeavesWish{grid, options}](
                        const FieldHead& head, std::span<const std::uint32_t> numbers,
                        float* values) {
