@@ -5,6 +5,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <fstream>
@@ -12,6 +13,9 @@
 #include <new>
 #include <string>
 #include <string_view>
+
+#include "base/text.h"
+#include "psivox/error.h"
 
 namespace psivox {
 namespace {
@@ -86,6 +90,8 @@ std::uint64_t left_to_process() {
   return std::min(left(RLIMIT_AS, all), left(RLIMIT_DATA, data));
 }
 
+std::atomic<std::uint64_t> claim_limit = 0;
+
 }  // namespace
 
 std::uint64_t available_memory(const fs::path& root) {
@@ -93,6 +99,22 @@ std::uint64_t available_memory(const fs::path& root) {
   const std::uint64_t machine = kibibytes == unknown ? unknown : kibibytes << 10;
   const std::uint64_t left = std::min({machine, left_in_groups(root), left_to_process()});
   return left == unknown ? 0 : std::max<std::uint64_t>(left, 1);
+}
+
+void limit_claims(std::uint64_t bytes) { claim_limit = bytes; }
+
+void claim_memory(double bytes, const std::string& what) {
+  const auto refuse = [&](const char* most, std::uint64_t there) {
+    throw Error(ExitCode::memory,
+                what + formatted(" takes %.1f MiB of memory, and %s %s", bytes / (1 << 20), most,
+                                 mebibytes(there).c_str()));
+  };
+  constexpr double small = 1 << 20;  // looking takes longer
+  if (bytes <= small) return;
+  const std::uint64_t allowed = claim_limit;
+  if (allowed > 0 && bytes > double(allowed)) refuse("--memory-limit allows", allowed);
+  const std::uint64_t free = available_memory();
+  if (free > 0 && bytes > double(free)) refuse("free are", free);
 }
 
 bool lacks_threads(const std::exception& error) {

@@ -5,6 +5,7 @@
 #include <exception>
 #include <filesystem>
 #include <memory>
+#include <string>
 
 namespace psivox {
 
@@ -13,6 +14,14 @@ namespace psivox {
 /// leave, and of what the shell's limit of the address space leaves. Every choice that depends on
 /// memory asks this function. `root`: where /proc and /sys are.
 std::uint64_t available_memory(const std::filesystem::path& root = "/");
+
+/// Throws Error(memory) if that many bytes are more than there are, or more than limit_claims()
+/// allows. Who makes what a file asks for calls it first, so that a small file takes no memory that
+/// it has not. `what` begins the message.
+void claim_memory(double bytes, const std::string& what);
+
+/// The limit of the scene that was opened last [bytes]; 0: none.
+void limit_claims(std::uint64_t bytes);
 
 /// Whether the system gave no thread, or no memory for one: std::thread and TBB tell it in words
 /// alone.

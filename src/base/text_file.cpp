@@ -14,7 +14,7 @@
 #include <system_error>
 
 #include "base/input_file.h"
-#include "base/memory_claim.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "psivox/error.h"
 

@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "base/input_file.h"
-#include "base/memory_claim.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"
 

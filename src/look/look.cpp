@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "atlas/atlas.h"
-#include "base/memory_claim.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "field/value_range.h"

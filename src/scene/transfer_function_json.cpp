@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "base/memory_claim.h"
+#include "base/memory.h"
 #include "base/text.h"
 #include "base/text_file.h"
 #include "psivox/error.h"
