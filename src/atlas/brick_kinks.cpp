@@ -9,7 +9,6 @@
 #include <optional>
 
 #include "atlas/atlas.h"
-#include "atlas/page_walk.h"
 #include "field/block_map.h"
 #include "field/index_space.h"
 #include "psivox/error.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <glm/matrix.hpp>
 
-#include "atlas/page_walk.h"
+#include "atlas/atlas.h"
 #include "field/index_space.h"
 
 namespace psivox {

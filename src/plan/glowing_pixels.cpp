@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-#include "atlas/page_walk.h"
+#include "atlas/atlas.h"
 #include "field/index_space.h"
 #include "march/pixel_box.h"
 
