@@ -294,7 +294,9 @@ def remove(path):
 
 
 def judge(done, output):
-    lines = done.stderr.decode(errors="replace").strip("\n").split("\n")
+    said = done.stderr.decode(errors="replace").strip("\n").split("\n")
+    # OpenVDB's own, which only a sanitized reader's stderr shows
+    lines = [line for line in said if line != "WARNING: multi-buffer trees are no longer supported"]
     if done.returncode == -signal.SIGXCPU:
         return "slow"
     if done.returncode == 0:
