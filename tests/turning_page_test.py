@@ -52,12 +52,12 @@ def render(program, arguments, output, assets):
 
 def rest(browser):
     """Waits until the page draws no more; returns its state."""
-    for _ in range(600):
+    for _ in range(6000):  # a machine may be slow
         state = browser.run("return canvas.dataset.state")
         if state in ("rest", "failed"):
             return state
         time.sleep(0.05)
-    return "at work for 30 s"
+    return "at work for 5 minutes"
 
 
 def picture(browser):
