@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
-"""Changes small volumes at random and gives each to psivox. All must end in exit code 0 or 3 within
-the limit of processor time, with one line on stderr for 3, and a whole output or none.
+"""Changes small volumes at random and gives each to psivox. All must end in exit code 0, 3 or 6 (too
+large) within the limit of processor time, with one line on stderr for 3 and 6, and a whole output or
+none.
 
     mutated_volumes.py PSIVOX SEED.vdb... [--count N] [--first N] [--jobs N] [--keep FOLDER]
 
@@ -301,7 +302,7 @@ def judge(done, output):
         return "slow"
     if done.returncode == 0:
         return "read" if not output or output.is_whole() else "no whole output"
-    if done.returncode == 3:
+    if done.returncode in (3, 6):
         if output and os.path.exists(output.path):
             return "output of an error"
         if is_of_reader(lines):
